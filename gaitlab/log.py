@@ -1,0 +1,198 @@
+"""The record of one trial: its columns, their units and frames, and what is known beside them.
+
+One row a tick; row k is the state at the end of tick k, at time (k + 1) dt. World frame unless a
+column says otherwise: x forward, y left, z up, z = 0 at the base that the pile stands on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+FEET = ("left", "right")
+FSRS = ("front_left", "front_right", "rear_left", "rear_right")
+
+
+class Column(NamedTuple):
+    """One column of the log.
+
+    Attributes:
+        name: Name in the Parquet file and in SQL.
+        unit: SI unit, `-` for counts, flags and ratios.
+        doc: What it holds and in which frame.
+        dtype: `float32`, `int8`, `int16` or `bool`.
+    """
+
+    name: str
+    unit: str
+    doc: str
+    dtype: str = "float32"
+
+
+_BODY = (
+    Column("time", "s", "time since the start of the trial"),
+    Column("gait_phase", "-", "phase of the gait cycle in [0, 1), NaN during start-up"),
+    Column("step_index", "-", "footsteps begun since start-up ended, -1 before", "int16"),
+    Column("support", "-", "feet on the ground: 0 none, 1 left, 2 right, 3 both", "int8"),
+    Column("fall_cause", "-", "0 upright, 1 tilt, 2 body contact, 3 low trunk", "int8"),
+    Column("body_contact", "-", "a link other than a foot touches the base", "bool"),
+    *(Column(f"trunk_{a}", "m", "origin of the trunk link frame") for a in "xyz"),
+    *(Column(f"trunk_q{a}", "-", "quaternion of the trunk link frame") for a in "xyzw"),
+    Column("roll", "rad", "trunk roll, positive leans right"),
+    Column("pitch", "rad", "trunk pitch, positive leans forward"),
+    Column("yaw", "rad", "trunk yaw, positive turns left"),
+    *(Column(f"trunk_v{a}", "m/s", "velocity of the trunk's centre of mass") for a in "xyz"),
+    *(Column(f"trunk_w{a}", "rad/s", "angular velocity of the trunk") for a in "xyz"),
+    *(Column(f"com_{a}", "m", "centre of mass of the whole robot") for a in "xyz"),
+    *(
+        Column(f"zmp_{a}", "m", "zero-moment point on the soles' plane; NaN in flight")
+        for a in "xy"
+    ),
+    Column(
+        "zmp_margin", "m", "signed distance of the ZMP to the support polygon's edge; NaN in flight"
+    ),
+)
+
+
+def _foot_columns(side: str) -> tuple[Column, ...]:
+    foot = f"{side}_foot"
+    return (
+        *(Column(f"{foot}_{a}", "m", "centre of the sole") for a in "xyz"),
+        *(Column(f"{foot}_q{a}", "-", "quaternion of the foot link frame") for a in "xyzw"),
+        Column(f"{foot}_normal_force", "N", "vertical contact force on the sole, up"),
+        *(
+            Column(f"{foot}_force_{a}", "N", "horizontal force on the sole, plough included")
+            for a in "xy"
+        ),
+        Column(f"{foot}_sink", "m", "depth of the lowest sole corner below the top of the pile"),
+        Column(f"{foot}_plough_force", "N", "horizontal force of the pile on the leading edges"),
+        Column(f"{foot}_contact", "-", "the sole carries load", "bool"),
+        *(
+            Column(f"{foot}_fsr_{p}", "N", f"vertical load on the {p} quarter of the sole")
+            for p in FSRS
+        ),
+    )
+
+
+def _joint_columns(joint: str) -> tuple[Column, ...]:
+    return (
+        Column(f"{joint}_target", "rad", "target sent to the servo"),
+        Column(f"{joint}_position", "rad", "joint position"),
+        Column(f"{joint}_velocity", "rad/s", "joint velocity"),
+        Column(f"{joint}_torque", "N m", "torque of the servo on the joint"),
+    )
+
+
+def columns(joints: Sequence[str]) -> tuple[Column, ...]:
+    """The columns of a log of a robot with these joints, in file order."""
+    feet = [column for side in FEET for column in _foot_columns(side)]
+    return (*_BODY, *feet, *(column for joint in joints for column in _joint_columns(joint)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogHeader:
+    """What a metric needs to know besides the columns.
+
+    Attributes:
+        joints: Joint names in column order.
+        dt: Time step, in [s].
+        mass: Mass of the robot, in [kg].
+        standing_height: Height of the trunk link frame when standing still, in [m].
+        startup_time: End of the start-up, in [s]; earlier ticks are not measured.
+        gait_period: Commanded duration of two steps, in [s].
+        step_length: Commanded step length, in [m]; negative walks backwards.
+        horizon_time: Longest walking time asked for, in [s] after the start-up.
+        pile_height: Height of the top of the pile over the base, in [m].
+        sole_length: Sole length along x of the foot, in [m].
+        sole_width: Sole width, in [m].
+        stall_torques: Largest torque of each joint's servo, in [N m], in joint order.
+    """
+
+    joints: tuple[str, ...]
+    dt: float
+    mass: float
+    standing_height: float
+    startup_time: float
+    gait_period: float
+    step_length: float
+    horizon_time: float
+    pile_height: float
+    sole_length: float
+    sole_width: float
+    stall_torques: tuple[float, ...]
+
+    @property
+    def commanded_speed(self) -> float:
+        """Commanded mean speed 2 step_length / gait_period, in [m/s]; negative backwards."""
+        return 2.0 * self.step_length / self.gait_period
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrialLog:
+    """A trial that ran: every column over time, locked.
+
+    Attributes:
+        header: Constants of the trial.
+        arrays: Column name to array of the column's dtype. Shape (n,) each.
+    """
+
+    header: LogHeader
+    arrays: Mapping[str, np.ndarray]
+
+    def __post_init__(self) -> None:
+        for column in columns(self.header.joints):
+            array = np.ascontiguousarray(self.arrays[column.name], dtype=column.dtype)
+            array.setflags(write=False)
+            self.arrays[column.name] = array  # type: ignore[index]
+
+    def __len__(self) -> int:
+        return len(self.arrays["time"])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """One column, floats widened to float64 so that sums do not lose digits. Shape (n,)."""
+        array = self.arrays[name]
+        return array.astype(np.float64) if array.dtype == np.float32 else array
+
+    def vector(self, name: str, axes: str = "xyz") -> np.ndarray:
+        """Columns `name` + axis side by side, `vector("trunk_")` for instance. Shape (n, len(axes))."""
+        return np.stack([self[f"{name}{axis}"] for axis in axes], axis=-1)
+
+    def joint_table(self, quantity: str) -> np.ndarray:
+        """`target`, `position`, `velocity` or `torque` of every joint. Shape (n, joints)."""
+        return np.stack([self[f"{joint}_{quantity}"] for joint in self.header.joints], axis=-1)
+
+    def per_foot(self, quantity: str) -> np.ndarray:
+        """One quantity of the left and the right foot, `sink` for instance. Shape (n, 2)."""
+        return np.stack([self[f"{side}_foot_{quantity}"] for side in FEET], axis=-1)
+
+    @cached_property
+    def fall_index(self) -> int | None:
+        """Tick at which the fall was established, None if the robot stayed up."""
+        fallen = np.flatnonzero(self.arrays["fall_cause"])
+        return int(fallen[0]) if len(fallen) else None
+
+    @cached_property
+    def walking(self) -> slice:
+        """Ticks that are measured: after the start-up, before the fall."""
+        start = int(np.searchsorted(self["time"], self.header.startup_time, side="right"))
+        return slice(start, len(self) if self.fall_index is None else self.fall_index)
+
+    @cached_property
+    def displacement(self) -> np.ndarray:
+        """Trunk position relative to the end of the start-up, along and across the heading there.
+
+        Along is positive in the commanded walking direction, across is positive to the left, in
+        [m]. Shape (n, 2); rows before the start-up's end are relative to the same origin.
+        """
+        start = min(self.walking.start, len(self) - 1)
+        heading = self["yaw"][start]
+        xy = self.vector("trunk_", "xy")
+        x, y = (xy - xy[start]).T
+        along = x * np.cos(heading) + y * np.sin(heading)
+        across = y * np.cos(heading) - x * np.sin(heading)
+        direction = -1.0 if self.header.step_length < 0 else 1.0
+        return np.stack([direction * along, across], axis=-1)

@@ -1,0 +1,66 @@
+"""What a gait says: where the feet shall be, as arrays over time.
+
+References:
+    REP-103: Standard Units of Measure and Coordinate Conventions, ROS Enhancement Proposal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeetPoses:
+    """Commanded foot poses over n instants; feet are ordered left, right.
+
+    The hip frame has its origin midway between the hip axes and is fixed to the trunk: x forward,
+    y left, z up [REP-103].
+
+    Attributes:
+        position: Point of the sole below the ankle, in the hip frame, in [m]. Shape (n, 2, 3).
+        heading: Yaw of the foot in the hip frame, in [rad]. Shape (n, 2).
+        trunk_pitch: Forward lean of the trunk that the legs hold, in [rad]. Shape (n,).
+        ankle_pitch: Added to the ankle pitch joint after inverse kinematics has made the sole
+            level, positive is toe down, in [rad]. Shape (n, 2).
+        knee_only: Share in [0, 1] of the hip pitch that is left out when the ankle is made level:
+            the ankle pitch becomes -(knee + (1 - knee_only) hip_pitch). Shape (n, 2).
+        swing: True where the gait means the foot to be in the air. Shape (n, 2).
+        phase: Gait phase in [0, 1), NaN before full-amplitude walking starts. Shape (n,).
+        step_index: Footsteps begun since full-amplitude walking started, -1 before. Shape (n,).
+    """
+
+    position: np.ndarray
+    heading: np.ndarray
+    trunk_pitch: np.ndarray
+    ankle_pitch: np.ndarray
+    knee_only: np.ndarray
+    swing: np.ndarray
+    phase: np.ndarray
+    step_index: np.ndarray
+
+
+class Gait(Protocol):
+    """A gait: a frozen dataclass called `Gait` in a file of its own in `gaitlab/gaits`.
+
+    Attributes:
+        step_length: Forward distance between the feet in double support, in [m]; negative walks
+            backwards.
+        hip_height: Height of the hip axes above the soles when standing, in [m].
+    """
+
+    step_length: float
+    hip_height: float
+
+    @property
+    def gait_period(self) -> float:
+        """Duration of a full cycle of two steps, in [s]."""
+
+    @property
+    def startup_time(self) -> float:
+        """Instant at which full-amplitude walking starts, in [s]; before it nothing is measured."""
+
+    def feet(self, t: np.ndarray) -> FeetPoses:
+        """Commanded foot poses at the instants t, in [s], t >= 0. Shape (n,)."""

@@ -1,0 +1,47 @@
+"""A position servo as a DC motor behind a proportional controller.
+
+References:
+    ROBOTIS-eManual: e-Manual of the Dynamixel AX and MX series, ROBOTIS Co., Ltd.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gaitlab.parameters import parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Servo:
+    """One servo type; the torque-speed line holds at `voltage` and scales with `supply`.
+
+    Duty u = clip(position_gain error / no_load_speed, -1, 1); torque = stall_torque (u - speed /
+    no_load_speed), bounded by torque_limit stall_torque.
+    """
+
+    stall_torque: float = parameter(
+        unit="N m", low=0.01, high=500.0, doc="torque at rest at full voltage"
+    )
+    no_load_speed: float = parameter(
+        unit="rad/s", low=0.1, high=100.0, doc="speed without load at full voltage"
+    )
+    voltage: float = parameter(
+        unit="V", low=1.0, high=60.0, doc="voltage at which the two figures hold"
+    )
+    supply: float = parameter(
+        unit="V", low=1.0, high=60.0, doc="voltage of the battery; scales torque and speed"
+    )
+    torque_limit: float = parameter(
+        unit="-", low=0.05, high=1.0, doc="share of the stall torque that is used"
+    )
+    position_gain: float = parameter(
+        unit="1/s", low=1.0, high=500.0, doc="commanded speed over position error, below full duty"
+    )
+    latency: int = parameter(unit="-", low=0, high=100, doc="ticks between command and its effect")
+    resolution: float = parameter(
+        unit="rad", low=0.0, high=0.1, doc="smallest step of target and encoder"
+    )
+    backlash: float = parameter(
+        unit="rad", low=0.0, high=0.1, doc="play of the gear train, full width"
+    )
+    mass: float = parameter(unit="kg", low=0.0, high=5.0, doc="mass of the servo, for reference")
