@@ -9,10 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+GRAVITY = 9.81  # m/s^2, as in the engine
+SWING_LOAD = 0.1  # of the weight; a standing foot carries half of it, brushed blades far less
+SHORTEST_SWING = 0.1  # of the gait period; commanded swings take some 0.3 to 0.5 of it
 FEET = ("left", "right")
 FSRS = ("front_left", "front_right", "rear_left", "rear_right")
 
@@ -99,17 +103,17 @@ class LogHeader:
 
     Attributes:
         joints: Joint names in column order.
-        dt: Time step, in [s].
+        dt: Time between two rows, in [s].
         mass: Mass of the robot, in [kg].
         standing_height: Height of the trunk link frame when standing still, in [m].
-        startup_time: End of the start-up, in [s]; earlier ticks are not measured.
+        startup_time: End of the start-up, in [s]; earlier rows are not measured.
         gait_period: Commanded duration of two steps, in [s].
         step_length: Commanded step length, in [m]; negative walks backwards.
         horizon_time: Longest walking time asked for, in [s] after the start-up.
         pile_height: Height of the top of the pile over the base, in [m].
         sole_length: Sole length along x of the foot, in [m].
         sole_width: Sole width, in [m].
-        stall_torques: Largest torque of each joint's servo, in [N m], in joint order.
+        torque_limits: Largest torque each joint's servo may give, in [N m], in joint order.
     """
 
     joints: tuple[str, ...]
@@ -123,12 +127,17 @@ class LogHeader:
     pile_height: float
     sole_length: float
     sole_width: float
-    stall_torques: tuple[float, ...]
+    torque_limits: tuple[float, ...]
 
     @property
     def commanded_speed(self) -> float:
         """Commanded mean speed 2 step_length / gait_period, in [m/s]; negative backwards."""
         return 2.0 * self.step_length / self.gait_period
+
+    @property
+    def weight(self) -> float:
+        """Weight of the robot, in [N]."""
+        return self.mass * GRAVITY
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -138,16 +147,24 @@ class TrialLog:
     Attributes:
         header: Constants of the trial.
         arrays: Column name to array of the column's dtype. Shape (n,) each.
+
+    Raises:
+        KeyError: If a column is missing.
+        ValueError: If the columns differ in length.
     """
 
     header: LogHeader
     arrays: Mapping[str, np.ndarray]
 
     def __post_init__(self) -> None:
+        locked = {}
         for column in columns(self.header.joints):
             array = np.ascontiguousarray(self.arrays[column.name], dtype=column.dtype)
             array.setflags(write=False)
-            self.arrays[column.name] = array  # type: ignore[index]
+            locked[column.name] = array
+        if len({len(array) for array in locked.values()}) != 1:
+            raise ValueError("the columns of a log are equally long")
+        object.__setattr__(self, "arrays", locked)
 
     def __len__(self) -> int:
         return len(self.arrays["time"])
@@ -158,7 +175,7 @@ class TrialLog:
         return array.astype(np.float64) if array.dtype == np.float32 else array
 
     def vector(self, name: str, axes: str = "xyz") -> np.ndarray:
-        """Columns `name` + axis side by side, `vector("trunk_")` for instance. Shape (n, len(axes))."""
+        """Columns `name` + axis side by side, `vector("trunk_")` for instance. Shape (n, axes)."""
         return np.stack([self[f"{name}{axis}"] for axis in axes], axis=-1)
 
     def joint_table(self, quantity: str) -> np.ndarray:
@@ -171,15 +188,28 @@ class TrialLog:
 
     @cached_property
     def fall_index(self) -> int | None:
-        """Tick at which the fall was established, None if the robot stayed up."""
+        """Row at which the fall was established, None if the robot stayed up."""
         fallen = np.flatnonzero(self.arrays["fall_cause"])
         return int(fallen[0]) if len(fallen) else None
 
     @cached_property
     def walking(self) -> slice:
-        """Ticks that are measured: after the start-up, before the fall."""
-        start = int(np.searchsorted(self["time"], self.header.startup_time, side="right"))
-        return slice(start, len(self) if self.fall_index is None else self.fall_index)
+        """Rows that are measured: after the start-up, before the fall; empty if there are none."""
+        # A tenth of a row forgives the rounding of the time column.
+        after = self.header.startup_time + 0.1 * self.header.dt
+        start = int(np.searchsorted(self["time"], after))
+        stop = len(self) if self.fall_index is None else self.fall_index
+        return slice(min(start, stop), stop)
+
+    @property
+    def walked_time(self) -> float:
+        """Time that was walked and measured, in [s]."""
+        return (self.walking.stop - self.walking.start) * self.header.dt
+
+    @property
+    def commanded_distance(self) -> float:
+        """Distance commanded over the walked time, in [m]; never negative."""
+        return abs(self.header.commanded_speed) * self.walked_time
 
     @cached_property
     def displacement(self) -> np.ndarray:
@@ -188,11 +218,58 @@ class TrialLog:
         Along is positive in the commanded walking direction, across is positive to the left, in
         [m]. Shape (n, 2); rows before the start-up's end are relative to the same origin.
         """
-        start = min(self.walking.start, len(self) - 1)
-        heading = self["yaw"][start]
+        origin = max(self.walking.start - 1, 0)
+        heading = self["yaw"][origin]
         xy = self.vector("trunk_", "xy")
-        x, y = (xy - xy[start]).T
+        x, y = (xy - xy[origin]).T
         along = x * np.cos(heading) + y * np.sin(heading)
         across = y * np.cos(heading) - x * np.sin(heading)
         direction = -1.0 if self.header.step_length < 0 else 1.0
         return np.stack([direction * along, across], axis=-1)
+
+    @cached_property
+    def cycles(self) -> tuple[slice, ...]:
+        """Rows of each complete gait cycle that was walked, in order."""
+        period = self.header.gait_period / self.header.dt
+        # A trial may end on the last row before the cycle's end.
+        count = int((self.walking.stop - self.walking.start + 1.1) / period)
+        edges = self.walking.start + np.rint(np.arange(count + 1) * period).astype(int)
+        edges = np.minimum(edges, self.walking.stop)
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
+
+    @cached_property
+    def steady_cycles(self) -> tuple[slice, ...]:
+        """Cycles from the third on; before a fall, those that end a whole period ahead of it."""
+        last = self.walking.stop
+        if self.fall_index is not None:
+            last -= round(self.header.gait_period / self.header.dt)
+        return tuple(cycle for cycle in self.cycles[2:] if cycle.stop <= last)
+
+    @property
+    def measured_cycles(self) -> tuple[slice, ...]:
+        """The steady cycles, or every complete cycle if fewer than two of them are steady."""
+        return self.steady_cycles if len(self.steady_cycles) >= 2 else self.cycles
+
+    @cached_property
+    def swings(self) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+        """Rows of every completed swing of the left and of the right foot.
+
+        A foot swings while it carries less than `SWING_LOAD` of the weight, between two rows in
+        which it carries more, for at least `SHORTEST_SWING` of the gait period: blades that brush
+        the sole do not make it stand, and a foot that chatters does not step.
+        """
+        loaded = self.per_foot("normal_force")[self.walking] >= SWING_LOAD * self.header.weight
+        left, right = (self._gaps(loaded[:, foot]) for foot in range(2))
+        return left, right
+
+    def _gaps(self, loaded: np.ndarray) -> tuple[slice, ...]:
+        change = np.diff(loaded.astype(np.int8))
+        lifts, landings = np.flatnonzero(change < 0) + 1, np.flatnonzero(change > 0) + 1
+        landings = landings[landings > lifts[0]] if len(lifts) else landings[:0]
+        shortest = SHORTEST_SWING * self.header.gait_period / self.header.dt
+        start = self.walking.start
+        return tuple(
+            slice(start + int(a), start + int(b))
+            for a, b in zip(lifts, landings, strict=False)
+            if b - a >= shortest
+        )
