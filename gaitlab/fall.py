@@ -1,8 +1,13 @@
 """The one rule that says when a robot has fallen, a tick at a time and over whole arrays.
 
 A robot has fallen when its trunk was tilted beyond 45 degrees for 0.1 s, when a link other than a
-foot lay on the ground for 0.05 s, or when the trunk is below 0.6 of its standing height. The rule
-and its numbers are gaitlab's own: no paper that calls a walk unstable prints one.
+foot lay on the ground for 0.05 s, or when the trunk is below 0.6 of its standing height. The
+numbers are gaitlab's own: [EROS2018] calls a walk unstable when the robot falls and does not say
+when that is.
+
+References:
+    EROS2018: Pristovani et al., Walking Trajectory Optimization Algorithm for Robot Humanoid on
+        Synthetic Grass, EMITTER Int. J. of Engineering Technology, 2018.
 """
 
 from __future__ import annotations
@@ -15,7 +20,7 @@ import numpy as np
 UPRIGHT_LIMIT: Final = cos(radians(45.0))  # -, R33 below it is a tilt no open-loop walk leaves
 TILT_TIME: Final = 0.1  # s, longer than the rocking of a heel strike
 BODY_CONTACT_TIME: Final = 0.05  # s, longer than a hand or a knee that brushes the ground
-HEIGHT_RATIO: Final = 0.6  # of standing height; a squat of a walking gait stays above 0.8
+HEIGHT_RATIO: Final = 0.6  # of standing height; legs that gave way, far below a walking squat
 
 CAUSES: Final = ("none", "tilt", "body_contact", "low_trunk")  # by the log's code
 _TILT, _BODY_CONTACT, _LOW_TRUNK = 1, 2, 3
@@ -35,7 +40,7 @@ class FallDetector:
         cause: Code of the log's column `fall_cause`: 0 none, 1 tilt, 2 body contact, 3 low trunk.
     """
 
-    __slots__ = ("_contact_ticks", "_lowest", "_tilt_ticks", "_touching", "_tilted", "cause")
+    __slots__ = ("_contact_ticks", "_lowest", "_tilt_ticks", "_tilted", "_touching", "cause")
 
     def __init__(self, dt: float, standing_height: float) -> None:
         """Takes the time step in [s] and the trunk's height when standing still in [m]."""

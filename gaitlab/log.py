@@ -10,11 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
 GRAVITY = 9.81  # m/s^2, as in the engine
+STALL_SHARE = 0.5  # of the commanded distance; assumption, nobody publishes one
 SWING_LOAD = 0.1  # of the weight; a standing foot carries half of it, brushed blades far less
 SHORTEST_SWING = 0.1  # of the gait period; commanded swings take some 0.3 to 0.5 of it
 FEET = ("left", "right")
@@ -226,6 +228,24 @@ class TrialLog:
         across = y * np.cos(heading) - x * np.sin(heading)
         direction = -1.0 if self.header.step_length < 0 else 1.0
         return np.stack([direction * along, across], axis=-1)
+
+    @property
+    def distance(self) -> float:
+        """Distance walked along the first heading, in [m], negative the wrong way; NaN if none."""
+        walked = self.displacement[self.walking, 0]
+        return float(walked[-1]) if len(walked) else nan
+
+    @property
+    def work(self) -> float:
+        """Positive mechanical work of all servos over the walk, in [J]; NaN if none."""
+        power = (self.joint_table("torque") * self.joint_table("velocity"))[self.walking]
+        return float(np.maximum(power, 0.0).sum()) * self.header.dt if power.size else nan
+
+    @property
+    def stalled(self) -> bool:
+        """Whether the robot stayed up but covered less than half of the commanded distance."""
+        short = self.distance < STALL_SHARE * self.commanded_distance
+        return self.fall_index is None and self.header.step_length != 0.0 and short
 
     @cached_property
     def cycles(self) -> tuple[slice, ...]:

@@ -1,1 +1,66 @@
-"""metrics"""
+"""Numbers that a trial is judged by: one file each, a pure function of the log.
+
+A metric is a file of this folder with a constant `UNIT` and a function of the file's own name that
+takes a `TrialLog`. It reads nothing but the log and raises nothing: what is not defined for a log
+is NaN, or None for words. Adding a metric is adding a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+from typing import TypeAlias
+
+import numpy as np
+
+from gaitlab.errors import UnknownName
+from gaitlab.log import TrialLog
+
+Value: TypeAlias = float | bool | int | str | None
+
+
+@cache
+def _modules() -> dict[str, ModuleType]:
+    names = sorted(module.name for module in iter_modules(__path__))
+    return {name: import_module(f"{__name__}.{name}") for name in names}
+
+
+def names() -> tuple[str, ...]:
+    """Names of all metrics, sorted."""
+    return tuple(_modules())
+
+
+def metric(name: str) -> Callable[[TrialLog], Value]:
+    """The function of one metric.
+
+    Raises:
+        UnknownName: If no file answers to the name; lists those that do.
+    """
+    function: Callable[[TrialLog], Value] = getattr(_module(name), name)
+    return function
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a metric, `-` for counts, flags, ratios and words.
+
+    Raises:
+        UnknownName: If no file answers to the name; lists those that do.
+    """
+    return str(_module(name).UNIT)
+
+
+def measure(log: TrialLog) -> dict[str, Value]:
+    """Every metric of a log by name, sorted."""
+    with np.errstate(all="ignore"):  # a simulation that blew up is measured as NaN
+        return {name: metric(name)(log) for name in names()}
+
+
+def _module(name: str) -> ModuleType:
+    try:
+        return _modules()[name]
+    except KeyError:
+        known = ", ".join(names())
+        raise UnknownName(f"there is no metric {name!r}; known are {known}") from None

@@ -1,0 +1,15 @@
+"""Whether the robot fell."""
+
+from __future__ import annotations
+
+from gaitlab.log import TrialLog
+
+UNIT = "-"
+
+
+def fell(log: TrialLog) -> bool:
+    """Whether the robot fell within the horizon, in the start-up or later.
+
+    The rule is that of `gaitlab.fall`.
+    """
+    return log.fall_index is not None

@@ -1,0 +1,26 @@
+"""How much the trunk rocks, as a root mean square."""
+
+from __future__ import annotations
+
+from math import nan
+
+import numpy as np
+
+from gaitlab.log import TrialLog
+
+UNIT = "rad"
+
+
+def pitch_rms(log: TrialLog) -> float:
+    """Root mean square of the trunk pitch about its straight-line trend, in [rad].
+
+    Over the cycles of `pitch_amplitude`. The plain RMS: a sine of amplitude A gives A / sqrt(2).
+    NaN without a complete cycle. Defined here.
+    """
+    cycles = log.measured_cycles
+    if not cycles:
+        return nan
+    pitch = log["pitch"][cycles[0].start : cycles[-1].stop]
+    rows = np.arange(len(pitch)) - (len(pitch) - 1) / 2.0
+    slope = rows @ pitch / max(rows @ rows, 0.5)  # 0.5 is two rows; one row has no trend
+    return float(np.std(pitch - slope * rows))

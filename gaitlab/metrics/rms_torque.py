@@ -1,0 +1,20 @@
+"""How hard the servos work on average."""
+
+from __future__ import annotations
+
+from math import nan
+
+import numpy as np
+
+from gaitlab.log import TrialLog
+
+UNIT = "N m"
+
+
+def rms_torque(log: TrialLog) -> float:
+    """Root mean square of the torque over all joints and ticks, in [N m]; what heats the motors.
+
+    Over the walk before a fall. NaN when nothing was walked. Defined here.
+    """
+    torque = log.joint_table("torque")[log.walking]
+    return float(np.sqrt(np.mean(torque**2))) if torque.size else nan
