@@ -1,0 +1,318 @@
+"""Mappings in a user's file become dataclasses: strict types, ranges, units, known names only.
+
+Whatever is wrong in a mapping is reported at once, each mistake with line and column.
+A number is written bare, in the declared SI unit, or with its origin:
+`height: {value: 0.050, unit: m, source: "ruler"}`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Mapping
+from functools import cache
+from math import isfinite, pi
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    TypeAdapter,
+    ValidationError,
+    create_model,
+)
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from gaitlab.documents.nodes import Node, plain
+from gaitlab.errors import FileError, GaitlabError, Problem
+from gaitlab.parameters import Parameter, parameters
+from gaitlab.plugins import suggestion
+
+T = TypeVar("T")
+CONFIG = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
+DESCRIBED = ("value", "unit", "source")  # keys of a number with its origin
+SLIPS = {  # factor from what was probably meant to SI, by unit
+    "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
+    "rad": ((pi / 180.0, "degrees"),),
+    "rad/s": ((pi / 180.0, "degrees a second"), (pi / 30.0, "turns a minute")),
+    "s": ((1e-3, "milliseconds"),),
+    "kg": ((1e-3, "grams"),),
+}
+
+
+@cache
+def parameter_table(cls: type) -> Mapping[str, Parameter]:
+    """Parameters of a dataclass by dotted path."""
+    return {item.name: item for item in parameters(cls)}
+
+
+def allowed(item: Parameter) -> str:
+    """What a parameter takes, in words."""
+    if get_origin(item.type) is Literal:
+        return f"one of {', '.join(str(choice) for choice in get_args(item.type))}"
+    if item.type is bool:
+        return "true or false"
+    if item.type not in (int, float):
+        return "a list" if get_origin(item.type) is tuple else "text"
+    kind = "a whole number" if item.type is int else "a number"
+    unit = "" if item.unit == "-" else f" {item.unit}"
+    low, high = (None if bound is None else f"{bound:g}" for bound in (item.low, item.high))
+    if low is not None and high is not None:
+        return f"{kind} from {low} to {high}{unit}"
+    return f"{kind}{f' of at least {low}' if low else f' of at most {high}' if high else ''}{unit}"
+
+
+def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
+    """Instance of a dataclass made with `parameter` from a mapping in a file.
+
+    Args:
+        cls: The dataclass; nested dataclasses are nested mappings.
+        node: The mapping; what it leaves out keeps its default.
+        skip: Keys that the caller reads.
+
+    Raises:
+        FileError: Everything that is wrong in the mapping, in the order of the file.
+    """
+    if node.value is None:
+        node = Node(file=node.file, line=node.line, column=node.column, value={})
+    if not isinstance(node.value, Mapping):
+        raise FileError([node.problem(_expected_mapping(cls, node))])
+    bare, problems = _without_origins(cls, node.without(*skip), "")
+    try:
+        model = _model(cls, False).model_validate(_input(cls, bare))
+    except ValidationError as error:
+        details = error.errors(include_url=False, include_input=False)
+        problems += [_problem(cls, bare, detail) for detail in details]
+    if problems:
+        raise FileError(sorted(problems, key=lambda p: (str(p.file), p.line or 0, p.column or 0)))
+    return _guarded(node, lambda: _instance(cls, model, None))
+
+
+def checked(node: Node, make: Any) -> Any:
+    """Result of `make()`, its own complaints placed at the node."""
+    return _guarded(node, make)
+
+
+def _guarded(node: Node, make: Any) -> Any:
+    try:
+        return make()
+    except FileError:
+        raise
+    except (GaitlabError, ValueError) as error:
+        raise FileError([node.problem(str(error))]) from error
+
+
+def check(item: Parameter, node: Node) -> Any:
+    """Value of one parameter from a node.
+
+    Raises:
+        FileError: If it has the wrong type or lies outside the range.
+    """
+    try:
+        return _adapter(item.type, item.low, item.high).validate_python(plain(node))
+    except ValidationError as error:
+        detail = error.errors(include_url=False, include_input=False)[0]
+        raise FileError(
+            [_at(node, detail).problem(_wrong_value(item, _at(node, detail)))]
+        ) from None
+
+
+@cache
+def _adapter(hint: Any, low: float | None, high: float | None) -> TypeAdapter[Any]:
+    return TypeAdapter(_annotated(hint, low, high), config=ConfigDict(strict=True))
+
+
+def _annotated(hint: Any, low: float | None, high: float | None) -> Any:
+    if hint is float:
+        return Annotated[float, Field(ge=low, le=high, allow_inf_nan=False)]
+    if hint is int:
+        return Annotated[int, Field(ge=low, le=high)]
+    if get_origin(hint) is Literal:
+        return Annotated[hint, BeforeValidator(_no_hidden_bool)]
+    return InstanceOf[Node] if _wants_node(hint) else hint
+
+
+def _wants_node(hint: Any) -> bool:
+    return hint is Node or Node in get_args(hint)
+
+
+def _no_hidden_bool(value: object) -> object:
+    # Literal[1, -1] takes True for 1; a switch is not a sign.
+    if isinstance(value, bool):
+        raise PydanticCustomError("literal_error", "no choice")
+    return value
+
+
+@cache
+def _model(cls: type, optional: bool) -> type[BaseModel]:
+    """Pydantic model of a dataclass; names hide behind aliases so that none can clash."""
+    hints = get_type_hints(cls)
+    fields: dict[str, Any] = {}
+    for item in dataclasses.fields(cls):
+        hint, given = hints[item.name], optional or _has_default(item)
+        default = Field(default=None, alias=item.name) if given else Field(alias=item.name)
+        if _nested(hint):
+            fields[f"f_{item.name}"] = (_model(hint, given), default)
+        elif "unit" in item.metadata:
+            bounds = item.metadata["low"], item.metadata["high"]
+            fields[f"f_{item.name}"] = (_annotated(hint, *bounds), default)
+    return create_model(cls.__name__, __config__=CONFIG, **fields)
+
+
+def _has_default(item: dataclasses.Field[Any]) -> bool:
+    missing = dataclasses.MISSING
+    return item.default is not missing or item.default_factory is not missing
+
+
+def _nested(hint: Any) -> bool:
+    return isinstance(hint, type) and dataclasses.is_dataclass(hint) and hint is not Node
+
+
+def _input(cls: type, node: Node) -> object:
+    """Plain data for the model, but nodes where the dataclass wants the node itself."""
+    if not isinstance(node.value, Mapping):
+        return plain(node)
+    hints = get_type_hints(cls)
+    data: dict[str, object] = {}
+    for key, child in node.value.items():
+        hint = hints.get(key)
+        if _wants_node(hint):
+            data[key] = child
+        else:
+            data[key] = _input(hint, child) if _nested(hint) and hint else plain(child)
+    return data
+
+
+def _instance(cls: type, model: BaseModel, default: Any) -> Any:
+    """The dataclass from the validated model; what was not given stays with the default."""
+    values = {}
+    for item in dataclasses.fields(cls):
+        if f"f_{item.name}" in model.model_fields_set:
+            value = getattr(model, f"f_{item.name}")
+            nested = isinstance(value, BaseModel)
+            hint = get_type_hints(cls)[item.name]
+            base = _default_of(item, default) if nested else None
+            values[item.name] = _instance(hint, value, base) if nested else value
+    return cls(**values) if default is None else dataclasses.replace(default, **values)
+
+
+def _default_of(item: dataclasses.Field[Any], owner: Any) -> Any:
+    if owner is not None:
+        return getattr(owner, item.name)
+    if item.default_factory is not dataclasses.MISSING:
+        return item.default_factory()
+    return None if item.default is dataclasses.MISSING else item.default
+
+
+def _without_origins(cls: type, node: Node, prefix: str) -> tuple[Node, list[Problem]]:
+    """Numbers written with unit and source become bare numbers; a wrong unit is a problem."""
+    known, problems, entries = parameter_table(cls), [], {}
+    for key, child in node.mapping.items():
+        path = f"{prefix}{key}"
+        if path in known and child.mapping and not _wants_node(known[path].type):
+            entries[key], found = _bare(known[path], child)
+            problems += found
+        elif child.mapping and path not in known:
+            entries[key], found = _without_origins(cls, child, f"{path}.")
+            problems += found
+    return node.replaced(**entries), problems
+
+
+def _bare(item: Parameter, node: Node) -> tuple[Node, list[Problem]]:
+    problems = [
+        node.keys[key].problem(f"unknown key {key!r}{suggestion(key, DESCRIBED)}")
+        for key in node.mapping
+        if key not in DESCRIBED
+    ]
+    problems += [
+        node.problem(f"{item.name} is written with `{key}:` missing; {_form(item)}")
+        for key in ("value", "unit")
+        if key not in node.mapping
+    ]
+    unit = node.mapping.get("unit", node)
+    if unit is not node and unit.value != item.unit:
+        problems.append(
+            unit.problem(f"{item.name} in {unit.found()}; the unit is {item.unit!r}, convert it")
+        )
+    return node.mapping.get("value", node), problems if problems else []
+
+
+def _form(item: Parameter) -> str:
+    return f"write {{value: number, unit: {item.unit!r}, source: text}} or the number alone"
+
+
+def _problem(cls: type, root: Node, detail: ErrorDetails) -> Problem:
+    """One finding of the validator in our words, at its place in the file."""
+    path = ".".join(part for part in detail["loc"] if isinstance(part, str))
+    node = _at(root, detail)
+    if detail["type"] == "extra_forbidden":
+        parent, _, name = path.rpartition(".")
+        return _unknown_key(cls, root, parent, name)
+    if detail["type"] == "missing":
+        item = parameter_table(cls).get(path)
+        wanted = f" ({item.doc}): {allowed(item)}" if item else ""
+        return node.problem(f"{path!r} is missing{wanted}; add `{path.split('.')[-1]}: ...`")
+    if path in parameter_table(cls):
+        return node.problem(_wrong_value(parameter_table(cls)[path], node))
+    return node.problem(_expected_mapping(cls, node, path))
+
+
+def _at(root: Node, detail: ErrorDetails) -> Node:
+    """Node that a finding is about, or the innermost one on the way to it."""
+    node = root
+    for part in detail["loc"]:
+        if isinstance(part, str) and part in node.mapping:
+            node = node.mapping[part]
+        elif isinstance(part, int) and part < len(node.items):
+            node = node.items[part]
+    return node
+
+
+def _unknown_key(cls: type, root: Node, parent: str, name: str) -> Problem:
+    owner = root
+    for part in filter(None, parent.split(".")):
+        owner = owner.mapping[part]
+    prefix = f"{parent}." if parent else ""
+    known = {
+        path.removeprefix(prefix).split(".")[0]: None
+        for path in parameter_table(cls)
+        if path.startswith(prefix)
+    }
+    where = f" in {parent!r}" if parent else ""
+    return owner.keys[name].problem(f"unknown key {name!r}{where}{suggestion(name, known)}")
+
+
+def _expected_mapping(cls: type, node: Node, path: str = "") -> str:
+    what = f"{path}: " if path else ""
+    names = list(
+        dict.fromkeys(
+            key.removeprefix(f"{path}.").split(".")[0]
+            for key in parameter_table(cls)
+            if not path or key.startswith(f"{path}.")
+        )
+    )
+    return f"{what}found {node.found()}; expected a mapping with any of: {', '.join(names)}"
+
+
+def _wrong_value(item: Parameter, node: Node) -> str:
+    unit = "" if item.unit == "-" or not isinstance(node.value, int | float) else f" {item.unit}"
+    found = f"{item.name}: found {node.found()}{'' if isinstance(node.value, bool) else unit}"
+    choice = ""
+    if get_origin(item.type) is Literal and isinstance(node.value, str):
+        choice = suggestion(node.value, map(str, get_args(item.type))).split(" Known")[0]
+    return f"{found}; allowed is {allowed(item)} ({item.doc}){choice or _slip(item, node.value)}"
+
+
+def _slip(item: Parameter, value: object) -> str:
+    """What was probably meant when a number fits in another unit."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        return ""
+    low = -float("inf") if item.low is None else item.low
+    high = float("inf") if item.high is None else item.high
+    for factor, unit in SLIPS.get(item.unit, ()):
+        if value and low <= value * factor <= high:
+            meant = f"{value:g} {unit} are written {value * factor:.4g}"
+            return f"; units are SI: {meant}"
+    return ""

@@ -1,0 +1,197 @@
+"""Names in YAML are names of files: where they are, and the classes inside them.
+
+`gait: eros` is `gaitlab/gaits/eros.py`; `grass_50mm` is `surfaces/grass_50mm.yaml`, looked for
+in the working directory first and among the shipped files second. A value with a suffix is a
+file of the user's own, relative to the file that names it. Python is loaded only when named.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import hashlib
+import importlib
+import importlib.util
+import re
+import sys
+import traceback
+from collections.abc import Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Literal
+
+from gaitlab.errors import FileError, Problem, UnknownName
+
+Kind = Literal["gait", "robot", "metric", "servo", "surface", "experiment"]
+KINDS: tuple[Kind, ...] = ("gait", "robot", "metric", "servo", "surface", "experiment")
+
+PACKAGE = Path(__file__).parent
+IN_PACKAGE: dict[str, str] = {
+    "gait": "gaits",
+    "robot": "robots",
+    "metric": "metrics",
+    "servo": "servos",
+}
+BESIDE_PACKAGE: dict[str, str] = {"surface": "surfaces", "experiment": "experiments"}
+SUFFIXES: dict[str, tuple[str, ...]] = {
+    "gait": (".py",),
+    "robot": (".py",),
+    "metric": (".py",),
+    "servo": (".yaml", ".yml"),
+    "surface": (".yaml", ".yml"),
+    "experiment": (".yaml", ".yml"),
+}
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """The nearest known name and all of them, as the end of a message."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return f"{hint} Known: {', '.join(names) if names else 'none'}"
+
+
+def folders(kind: Kind) -> list[Path]:
+    """Folders that names of a kind are looked for in, the first wins."""
+    if kind in IN_PACKAGE:
+        return [PACKAGE / IN_PACKAGE[kind]]
+    folder = BESIDE_PACKAGE[kind]
+    wheel = PACKAGE / "shipped" / folder
+    return [Path.cwd() / folder, wheel if wheel.is_dir() else PACKAGE.parent / folder]
+
+
+def names(kind: Kind) -> list[str]:
+    """All names of a kind that can be asked for, sorted."""
+    files = (file for folder in folders(kind) for file in _files(folder, SUFFIXES[kind][0]))
+    return sorted({file.stem for file in files if not file.stem.startswith("_")})
+
+
+def _files(folder: Path, suffix: str) -> list[Path]:
+    return sorted(folder.glob(f"*{suffix}")) if folder.is_dir() else []
+
+
+def is_file_name(name: str) -> bool:
+    """Whether a value in YAML means a file of the user's own rather than a name."""
+    return "/" in name or "\\" in name or Path(name).suffix != ""
+
+
+def label(name: str) -> str:
+    """What a name or a file is called in tables: the stem of the file."""
+    return Path(name).stem if is_file_name(name) else name
+
+
+def locate(kind: Kind, name: str, relative_to: Path | None = None) -> Path:
+    """File that a name stands for.
+
+    Args:
+        kind: What is looked for.
+        name: A name, or a file with its suffix.
+        relative_to: Folder that a relative file starts from; the working directory by default.
+
+    Raises:
+        UnknownName: If nothing of that name or no such file is there.
+    """
+    _refuse_dangerous(kind, name)
+    if is_file_name(name):
+        return _own_file(kind, name, relative_to or Path.cwd())
+    for folder in folders(kind):
+        file = folder / f"{name}{SUFFIXES[kind][0]}"
+        if NAME.fullmatch(name) and file.is_file():
+            return file
+    own = f"a file of your own is written with its suffix, ./{name[:40]}{SUFFIXES[kind][0]}"
+    raise UnknownName(f"no {kind} is called {name!r}{suggestion(name, names(kind))}; {own}")
+
+
+def _refuse_dangerous(kind: Kind, name: str) -> None:
+    if not name.isprintable() or len(name) > 1000:
+        raise UnknownName(
+            f"{name[:60]!r} cannot name a {kind}: "
+            f"at most 1000 printable characters are allowed{suggestion('', names(kind))}"
+        )
+
+
+def _own_file(kind: Kind, name: str, folder: Path) -> Path:
+    allowed = SUFFIXES[kind]
+    file = (folder / Path(name).expanduser()).resolve()
+    if file.suffix not in allowed:
+        raise UnknownName(
+            f"{name!r} cannot be a {kind}: a file of your own ends in {' or '.join(allowed)}, "
+            f"a shipped {kind} is named without a folder{suggestion(label(name), names(kind))}"
+        )
+    if not file.is_file():
+        found = "is a directory" if file.is_dir() else "does not exist"
+        raise UnknownName(
+            f"{name!r}: the file {file} {found}; give a {allowed[0]} file relative to {folder}"
+            f"{suggestion(label(name), names(kind))}"
+        )
+    return file
+
+
+def is_shipped(kind: Kind, path: Path) -> bool:
+    """Whether a Python plug-in belongs to the package and is identified by its name."""
+    return kind in IN_PACKAGE and path.parent == PACKAGE / IN_PACKAGE[kind]
+
+
+def code_digest(kind: Kind, name: str, relative_to: Path | None = None) -> str | None:
+    """SHA-256 of the text of a user's own plug-in; None for a shipped one."""
+    path = locate(kind, name, relative_to)
+    return None if is_shipped(kind, path) else hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def load_class(kind: Literal["gait", "robot"], name: str, relative_to: Path | None = None) -> type:
+    """Class `Gait` or `Robot` of the file that a name stands for.
+
+    Raises:
+        UnknownName: If there is no such file.
+        FileError: If the file does not load or holds no dataclass of that name.
+    """
+    path = locate(kind, name, relative_to)
+    if is_shipped(kind, path):
+        module = importlib.import_module(f"gaitlab.{IN_PACKAGE[kind]}.{path.stem}")
+    else:
+        module = _user_module(path)
+    found = getattr(module, kind.capitalize(), None)
+    if not (isinstance(found, type) and dataclasses.is_dataclass(found)):
+        raise _wrong_file(
+            path,
+            None,
+            f"holds no dataclass called {kind.capitalize()}; a {kind} file defines "
+            f"`@dataclass(frozen=True, kw_only=True) class {kind.capitalize()}`",
+        )
+    return found
+
+
+def _user_module(path: Path) -> ModuleType:
+    """Module of a file of the user's own; the same text gives the same module."""
+    text = path.read_bytes()
+    name = f"gaitlab_user_{hashlib.sha256(str(path).encode() + b':' + text).hexdigest()[:24]}"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, path)
+        if spec is None or spec.loader is None:
+            raise _wrong_file(path, None, "cannot be loaded as Python")
+        module = sys.modules[name] = importlib.util.module_from_spec(spec)
+        _execute(path, text, module)
+    return sys.modules[name]
+
+
+def _execute(path: Path, text: bytes, module: ModuleType) -> None:
+    # Compiled here and not by the loader, whose bytecode cache goes by mtime and may be stale.
+    try:
+        exec(compile(text, str(path), "exec"), module.__dict__)
+    except Exception as error:
+        del sys.modules[module.__name__]
+        line = _line_of(path, error)
+        message = f"does not load: {type(error).__name__}: {error}; mend the file and run again"
+        raise _wrong_file(path, line, message) from error
+
+
+def _line_of(path: Path, error: Exception) -> int | None:
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((f.lineno for f in reversed(frames) if f.filename == str(path)), None)
+
+
+def _wrong_file(path: Path, line: int | None, message: str) -> FileError:
+    return FileError([Problem(file=path, line=line, column=None, message=message)])
