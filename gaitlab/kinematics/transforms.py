@@ -6,7 +6,7 @@ import numpy as np
 
 
 def axis_rotation(axis: str, angle: np.ndarray) -> np.ndarray:
-    """Rotation matrices about a coordinate axis by angles in [rad]. Shape (n, 3, 3)."""
+    """Rotation matrices about a coordinate axis by angles in [rad]. Shape (..., 3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     matrix = np.zeros((*np.shape(angle), 3, 3))
     i = "xyz".index(axis)
@@ -15,3 +15,50 @@ def axis_rotation(axis: str, angle: np.ndarray) -> np.ndarray:
     matrix[..., j, j] = matrix[..., k, k] = c
     matrix[..., j, k], matrix[..., k, j] = -s, s
     return matrix
+
+
+def homogeneous(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Homogeneous transforms of rotations (..., 3, 3) and positions (..., 3). Shape (..., 4, 4)."""
+    matrix = np.zeros((*np.shape(position)[:-1], 4, 4))
+    matrix[..., :3, :3], matrix[..., :3, 3] = rotation, position
+    matrix[..., 3, 3] = 1.0
+    return matrix
+
+
+def rotation_of(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation matrices of unit quaternions xyzw (..., 4). Shape (..., 3, 3)."""
+    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_of(rotation: np.ndarray) -> np.ndarray:
+    """Unit quaternions xyzw with w >= 0 of rotation matrices (..., 3, 3). Shape (..., 4).
+
+    The symmetric matrix 4 q q^T is linear in the rotation; its column with the largest diagonal
+    element, normalised, is q without loss of digits. Derived here.
+    """
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = np.moveaxis(rotation, (-2, -1), (0, 1))
+    rows = [
+        [1 + r00 - r11 - r22, r01 + r10, r02 + r20, r21 - r12],
+        [r01 + r10, 1 - r00 + r11 - r22, r12 + r21, r02 - r20],
+        [r02 + r20, r12 + r21, 1 - r00 - r11 + r22, r10 - r01],
+        [r21 - r12, r02 - r20, r10 - r01, 1 + r00 + r11 + r22],
+    ]
+    outer = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
+    return q * np.where(q[..., 3:] < 0.0, -1.0, 1.0) / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
+    """Angles of Rz(yaw) Ry(pitch) Rx(roll), in [rad]; pitch in [-pi/2, pi/2]. Shape (..., 3)."""
+    roll = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])
+    sideways = np.hypot(rotation[..., 0, 0], rotation[..., 1, 0])
+    pitch = np.arctan2(-rotation[..., 2, 0], sideways)
+    yaw = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0])
+    return np.stack([roll, pitch, yaw], axis=-1)
