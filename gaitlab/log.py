@@ -244,8 +244,10 @@ class TrialLog:
     @property
     def stalled(self) -> bool:
         """Whether the robot stayed up but covered less than half of the commanded distance."""
-        short = self.distance < STALL_SHARE * self.commanded_distance
-        return self.fall_index is None and self.header.step_length != 0.0 and short
+        commanded = self.commanded_distance
+        return (
+            self.fall_index is None and commanded > 0.0 and self.distance < STALL_SHARE * commanded
+        )
 
     @cached_property
     def cycles(self) -> tuple[slice, ...]:
@@ -258,17 +260,23 @@ class TrialLog:
         return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
 
     @cached_property
+    def _clear_cycles(self) -> tuple[slice, ...]:
+        """Cycles that end a whole period ahead of the fall; all of them without one."""
+        ahead = round(self.header.gait_period / self.header.dt)
+        last = self.walking.stop - (0 if self.fall_index is None else ahead)
+        return tuple(cycle for cycle in self.cycles if cycle.stop <= last)
+
+    @property
     def steady_cycles(self) -> tuple[slice, ...]:
-        """Cycles from the third on; before a fall, those that end a whole period ahead of it."""
-        last = self.walking.stop
-        if self.fall_index is not None:
-            last -= round(self.header.gait_period / self.header.dt)
-        return tuple(cycle for cycle in self.cycles[2:] if cycle.stop <= last)
+        """Cycles from the third on that are clear of the fall by a whole period."""
+        return self._clear_cycles[2:]
 
     @property
     def measured_cycles(self) -> tuple[slice, ...]:
-        """The steady cycles, or every complete cycle if fewer than two of them are steady."""
-        return self.steady_cycles if len(self.steady_cycles) >= 2 else self.cycles
+        """The steady cycles; when fewer than two, all clear of the fall; when none, all."""
+        if len(self.steady_cycles) >= 2:
+            return self.steady_cycles
+        return self._clear_cycles or self.cycles
 
     @cached_property
     def swings(self) -> tuple[tuple[slice, ...], tuple[slice, ...]]:

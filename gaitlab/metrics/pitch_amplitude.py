@@ -20,9 +20,9 @@ def pitch_amplitude(log: TrialLog) -> float:
     """Mean over gait cycles of half the range of the trunk pitch, in [rad]; a mean lean cancels.
 
     The cycles are the steady ones: from the third on and, before a fall, those that end a period
-    ahead of it, so that the fall itself is not measured. With fewer than two of them every complete
-    cycle before the fall counts and `pitch_settled` is False. NaN without a complete cycle. Meant
-    to be the 'pitch vibration' of [EROS2018], which does not define it.
+    ahead of it, so that the fall itself is not measured. With fewer than two of them the first two
+    count as well, with none the last before a fall; then `pitch_settled` is False. NaN without a
+    complete cycle. Meant to be the pitch vibration of [EROS2018], which leaves it undefined.
     """
     pitch = log["pitch"]
     ranges = [np.ptp(pitch[cycle]) for cycle in log.measured_cycles]

@@ -9,14 +9,16 @@ import numpy as np
 from gaitlab.log import FEET, FSRS, TrialLog
 
 UNIT = "-"
+TOE_LOAD = 2.0  # front over rear; a level sole carries the two alike, give or take the impact
+TOE_DOWN = 0.02  # rad, 2 mm over a sole of 100 mm
 
 
 def toe_first_share(log: TrialLog) -> float:
     """Share of landings in which the toe comes down first.
 
-    A landing ends a completed swing, see `TrialLog.swings`. The toe is first when the front FSRs
-    carry more than the rear ones at the first loaded tick, or, if they carry the same, when the
-    sole points down. NaN without a landing. Defined here.
+    A landing ends a completed swing, see `TrialLog.swings`. The toe is first when, at the first
+    loaded tick, the front FSRs carry twice the load of the rear ones or the sole points down. A
+    level landing is neither. NaN without a landing. Defined here.
     """
     toe_first = [
         _toe_first(log, side, swing.stop)
@@ -27,14 +29,14 @@ def toe_first_share(log: TrialLog) -> float:
 
 
 def _toe_first(log: TrialLog, side: str, row: int) -> bool:
-    """Whether the toe of one foot carries more than its heel, or the sole points down, in a row."""
+    """Whether one foot stands on its toe in a row, by its load or by its attitude."""
     loads = {fsr: float(log.arrays[f"{side}_foot_fsr_{fsr}"][row]) for fsr in FSRS}
     front = loads["front_left"] + loads["front_right"]
     rear = loads["rear_left"] + loads["rear_right"]
-    return front > rear if front != rear else _toe_down(log, side, row)
+    return front > TOE_LOAD * rear or _slope(log, side, row) > TOE_DOWN
 
 
-def _toe_down(log: TrialLog, side: str, row: int) -> bool:
-    """Whether the x axis of the foot points below the horizon, -R31 > 0, in a row."""
+def _slope(log: TrialLog, side: str, row: int) -> float:
+    """Sine of the angle by which the sole points below the horizon, -R31, in a row."""
     x, y, z, w = (float(log.arrays[f"{side}_foot_q{axis}"][row]) for axis in "xyzw")
-    return w * y - x * z > 0.0
+    return 2.0 * (w * y - x * z)

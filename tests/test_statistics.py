@@ -1,0 +1,185 @@
+"""Intervals and tests of proportions, and the counting of the EROS tables."""
+
+from __future__ import annotations
+
+import csv
+from math import isnan
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gaitlab.statistics import (
+    Count,
+    difference_of_proportions,
+    distance_difference,
+    efficiency,
+    efficiency_interval,
+    mcnemar,
+    mean_share_interval,
+    stability_percent,
+    stable_cell,
+    wilson,
+)
+
+DATA = Path(__file__).parent / "data"
+counts = st.integers(1, 200).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
+
+
+def printed(table: str) -> dict[str, list[bool]]:
+    with (DATA / f"{table}.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    pedestals = [f"pedestal_{i}" for i in range(1, 5)]
+    return {name: [row[name] == "STABLE" for row in rows] for name in pedestals}
+
+
+@given(counts)
+def test_wilson_contains_the_share(count):
+    low, high = wilson(*count)
+    assert 0.0 <= low <= count[0] / count[1] <= high <= 1.0
+
+
+@given(counts)
+def test_wilson_of_failures_mirrors_that_of_successes(count):
+    k, n = count
+    low, high = wilson(k, n)
+    assert wilson(n - k, n) == pytest.approx((1.0 - high, 1.0 - low), abs=1e-12)
+
+
+@given(counts)
+def test_wilson_narrows_with_n(count):
+    k, n = count
+    few, many = wilson(k, n), wilson(4 * k, 4 * n)
+    assert many.high - many.low < few.high - few.low
+
+
+@given(counts)
+def test_wilson_widens_with_confidence(count):
+    sure, unsure = wilson(*count, confidence=0.99), wilson(*count, confidence=0.8)
+    assert sure.low <= unsure.low
+    assert unsure.high <= sure.high
+
+
+def test_wilson_of_twenty_out_of_twenty():
+    # By hand: k = n gives [n / (n + z^2), 1] with z = 1.96.
+    assert wilson(20, 20) == pytest.approx((20.0 / (20.0 + 1.959964**2), 1.0), abs=1e-6)
+    assert wilson(20, 20).low == pytest.approx(0.839, abs=5e-4)
+
+
+def test_wilson_of_nothing_is_everything():
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("k", "n"), [(-1, 3), (4, 3), (0, -1)])
+def test_impossible_counts_are_refused(k, n):
+    with pytest.raises(ValueError, match="successes"):
+        wilson(k, n)
+
+
+@given(counts, counts)
+def test_difference_changes_sign_when_the_two_are_swapped(a, b):
+    low, high = difference_of_proportions(Count(*a), Count(*b))
+    assert difference_of_proportions(Count(*b), Count(*a)) == pytest.approx((-high, -low))
+    assert -1.0 - 1e-9 <= low <= a[0] / a[1] - b[0] / b[1] <= high <= 1.0 + 1e-9
+
+
+def test_difference_of_newcombes_example():
+    # [Newcombe1998], 56/70 against 48/80, method 10.
+    low, high = difference_of_proportions(Count(56, 70), Count(48, 80))
+    assert (low, high) == pytest.approx((0.0524, 0.3339), abs=5e-5)
+
+
+def test_a_difference_needs_trials_on_both_sides():
+    with pytest.raises(ValueError, match="no trials"):
+        difference_of_proportions(Count(0, 0), Count(1, 2))
+
+
+def test_mcnemar_counts_only_the_pairs_that_disagree():
+    pairs = [(True, False)] * 6 + [(False, True)] + [(True, True)] * 9 + [(False, False)] * 4
+    found = mcnemar(pairs)
+    assert (found.only_first, found.only_second) == (6, 1)
+    # By hand: 2 (C(7,0) + C(7,1)) / 2^7.
+    assert found.p_value == pytest.approx(2 * 8 / 128)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=40))
+def test_mcnemar_does_not_care_which_treatment_comes_first(pairs):
+    there, back = mcnemar(pairs), mcnemar([(b, a) for a, b in pairs])
+    assert (back.only_second, back.only_first) == (there.only_first, there.only_second)
+    assert back.p_value == pytest.approx(there.p_value)
+
+
+def test_mcnemar_of_equal_treatments_finds_nothing():
+    assert mcnemar([(True, True), (False, False)]).p_value == 1.0
+
+
+def test_half_of_the_seeds_make_a_cell_stable():
+    assert stable_cell(0.5)
+    assert not stable_cell(0.49)
+
+
+@pytest.mark.parametrize(
+    ("table", "percents", "mean"),
+    [("eros_table7", [30, 30, 50, 90], 50), ("eros_table8", [70, 70, 80, 100], 80)],
+)
+def test_counting_the_printed_tables(table, percents, mean):
+    counted = [stability_percent(cells) for cells in printed(table).values()]
+    assert counted == percents
+    assert efficiency(counted) == mean
+
+
+def test_scores_of_nothing_are_not_numbers():
+    assert isnan(stability_percent([]))
+    assert isnan(efficiency([]))
+
+
+@pytest.mark.parametrize(("fell_at", "percent"), [(4.46, 25.67), (3.57, 40.5), (2.68, 55.33)])
+def test_difference_of_distance_as_printed(fell_at, percent):
+    assert distance_difference(6.0, fell_at) == pytest.approx(percent, abs=5e-3)
+
+
+SURFACES = [[Count(7, 10), Count(5, 10), Count(1, 10)], [Count(10, 10), Count(6, 10)]]
+INTERVALS = pytest.mark.parametrize("interval", [efficiency_interval, mean_share_interval])
+
+
+@INTERVALS
+def test_the_same_seed_gives_the_same_interval(interval):
+    assert interval(SURFACES, seed=3) == interval(SURFACES, seed=3)
+
+
+def test_seeds_that_all_agree_leave_no_spread():
+    surfaces = [[Count(0, 5), Count(5, 5)], [Count(5, 5)]]
+    assert efficiency_interval(surfaces) == (75.0, 75.0)
+    assert mean_share_interval(surfaces) == (0.75, 0.75)
+
+
+@INTERVALS
+def test_more_seeds_narrow_the_interval(interval):
+    many = [[Count(20 * k, 20 * n) for k, n in cells] for cells in SURFACES]
+    few = interval(SURFACES)
+    assert interval(many).high - interval(many).low < few.high - few.low
+
+
+@INTERVALS
+@pytest.mark.parametrize("surfaces", [[], [[]], [[Count(0, 0)]], [[Count(1, 2)], []]])
+def test_a_bootstrap_needs_cells_and_seeds(interval, surfaces):
+    with pytest.raises(ValueError, match="needs"):
+        interval(surfaces)
+
+
+def test_efficiency_interval_of_one_cell_is_all_or_nothing():
+    assert efficiency_interval([[Count(5, 10)]]) == (0.0, 100.0)
+
+
+def test_mean_share_interval_covers_the_truth_about_as_often_as_it_says():
+    generator = np.random.default_rng(7)
+    truth = np.array([[0.3, 0.8], [0.6, 0.5]])
+    hits = 0
+    for _ in range(200):
+        drawn = generator.binomial(20, truth)
+        low, high = mean_share_interval([[Count(int(k), 20) for k in row] for row in drawn])
+        hits += low <= truth.mean() <= high
+    # 95 % of 200 is 190; 4 standard deviations of the count are 12.
+    assert 178 <= hits <= 200
