@@ -1,0 +1,1 @@
+"""Published results, as printed, to set beside simulated ones; see the README beside this file."""

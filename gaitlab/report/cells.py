@@ -1,0 +1,180 @@
+"""The tables cell by cell, in the paper's own layout, with agreement counted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from gaitlab.report.markdown import escape, table
+from gaitlab.report.reference import STEP_LENGTH_OF_ONE, Place, place_of, published
+from gaitlab.report.results import Results
+from gaitlab.report.scores import Cell, Score
+from gaitlab.report.variants import Value, Variant, value_text
+from gaitlab.report.words import cell_text, column_text, letter, path_text, share
+from gaitlab.statistics import wilson
+
+STEP = "gait.step_length"
+DIRECTIONS = ("forward", "backward")
+
+
+class Compared(NamedTuple):
+    """One of our cells beside the paper's."""
+
+    place: Place
+    ours: Cell
+    printed: bool
+
+
+def paper_verdicts(results: Results) -> dict[tuple[str, Value, Value], bool]:
+    """The paper's verdict by variant label, row and column, where it prints one."""
+    found = {}
+    for variant in results.variants:
+        for row in results.row_values:
+            for column in results.column_values:
+                printed = _printed(results, variant, row, column)
+                if printed is not None:
+                    found[variant.label, row, column] = printed[1]
+    return found
+
+
+def _printed(
+    results: Results, variant: Variant, row: Value, column: Value
+) -> tuple[Place, bool] | None:
+    if variant.compare is None or (results.rows, results.columns) != (STEP, "surface"):
+        return None
+    place = place_of(float(row), str(column), results.reading)
+    cells = published(variant.compare).cells
+    return (place, cells[place]) if place is not None and place in cells else None
+
+
+def compared(results: Results, variant: Variant) -> list[Compared]:
+    """Cells of a variant that are scored here and printed there."""
+    pairs = []
+    for row in results.row_values:
+        for column in results.column_values:
+            printed = _printed(results, variant, row, column)
+            cell = results.cell(variant, row, column)
+            if printed is not None and cell.n:
+                pairs.append(Compared(printed[0], cell, printed[1]))
+    return pairs
+
+
+def agreement(pairs: Sequence[Compared], score: Score = "stable") -> str:
+    """Share of cells with the paper's verdict, with n and interval."""
+    equal = sum(pair.ours.verdict(score) == pair.printed for pair in pairs)
+    return share(equal, len(pairs), wilson(equal, len(pairs)))
+
+
+def cell_tables(results: Results) -> str:
+    """One table a variant and direction, each with its agreement below."""
+    blocks = []
+    for variant in results.variants:
+        for direction, rows in _by_direction(results):
+            blocks += _direction_block(results, variant, direction, rows)
+    return "\n\n".join(blocks)
+
+
+def _by_direction(results: Results) -> list[tuple[str, list[Value]]]:
+    if results.rows != STEP:
+        return [("", list(results.row_values))]
+    groups: Mapping[str, list[Value]] = {name: [] for name in DIRECTIONS}
+    for row in results.row_values:
+        groups["backward" if float(row) < 0 else "forward"].append(row)
+    return [(name, rows) for name, rows in groups.items() if rows]
+
+
+def _direction_block(
+    results: Results, variant: Variant, direction: str, rows: Sequence[Value]
+) -> list[str]:
+    planned = [
+        r for r in rows if any(results.cell(variant, r, c).planned for c in results.column_values)
+    ]
+    if not planned:
+        return []
+    title = ", ".join(part for part in (direction.capitalize(), escape(variant.label)) if part)
+    body = [_row(results, variant, row) for row in planned]
+    grid = table([_row_title(results), *_column_titles(results)], body, "r")
+    return [f"### {title}", grid, *_agreement_lines(results, variant, direction)]
+
+
+def _row_title(results: Results) -> str:
+    if _has_distances(results):
+        return "printed distance (step length)"
+    return escape(path_text(results.rows))
+
+
+def _column_titles(results: Results) -> list[str]:
+    return [escape(column_text(results, value)) for value in results.column_values]
+
+
+def _has_distances(results: Results) -> bool:
+    return results.rows == STEP and any(variant.compare for variant in results.variants)
+
+
+def row_text(results: Results, row: Value) -> str:
+    """Title of a row: the printed numeral and the step length it stands for, or the value."""
+    if not _has_distances(results):
+        return escape(value_text(row)) + (" m" if results.rows == STEP else "")
+    printed = abs(float(row)) / STEP_LENGTH_OF_ONE[results.reading]
+    return f"{printed:.4g} ({float(row):.3g} m)"
+
+
+def _row(results: Results, variant: Variant, row: Value) -> list[str]:
+    cells = [_marked(results, variant, row, column) for column in results.column_values]
+    return [row_text(results, row), *cells]
+
+
+def _marked(results: Results, variant: Variant, row: Value, column: Value) -> str:
+    """Our verdict and the paper's in brackets; bold where they differ."""
+    cell = results.cell(variant, row, column)
+    printed = _printed(results, variant, row, column)
+    text = cell_text(cell)
+    if printed is None:
+        return text
+    text = f"{text} ({letter(printed[1])})"
+    return f"**{text}**" if cell.n and cell.verdict() != printed[1] else text
+
+
+def _agreement_lines(results: Results, variant: Variant, direction: str) -> list[str]:
+    pairs = [pair for pair in compared(results, variant) if pair.place.direction == direction]
+    if not pairs or variant.compare is None:
+        return []
+    title = published(variant.compare).title
+    text = (
+        f"Cells with the verdict of {title}, {direction}: {agreement(pairs)}; "
+        f"by the strict score {agreement(pairs, 'stable_strict')}."
+    )
+    if direction == "backward":
+        text += (
+            " The backward blocks of Tables 7 and 8 are printed identical and the percentages "
+            "stated for Table 7 do not fit its own, so this agreement says little."
+        )
+    return [text]
+
+
+def forward_agreement(results: Results, variants: Iterable[Variant]) -> str:
+    """Agreement over the forward cells of several variants; empty when nothing is comparable."""
+    pairs = [pair for variant in variants for pair in compared(results, variant)]
+    forward = [pair for pair in pairs if pair.place.direction == "forward"]
+    return f"{agreement(forward)}, of the forward cells" if forward else ""
+
+
+READINGS = {
+    "foot_travel": "the world travel of the swing foot in cm, two step lengths",
+    "cm": "the step length in cm",
+    "mm": "the step length in mm",
+}
+
+
+def legend(results: Results) -> str:
+    """How to read the cells."""
+    text = (
+        "Each cell: verdict (S stable, U unstable), seeds that stayed up of those scored, Wilson "
+        "interval of that share in percent"
+    )
+    if not _has_distances(results):
+        return text + "."
+    return (
+        f"{text}, and in brackets what the paper prints; **bold where the two differ**. The "
+        f"printed distance is read as {READINGS[results.reading]}."
+    )

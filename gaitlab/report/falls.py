@@ -1,0 +1,113 @@
+"""Falls, trials that could not be run, and what the other metrics say, each with its n."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from gaitlab.metrics import unit_of
+from gaitlab.report.markdown import escape, table
+from gaitlab.report.results import Results
+from gaitlab.report.scores import truth
+from gaitlab.report.words import NOTHING, plural
+
+DIRECTIONS = ("forward", "backward", "left", "right")
+SHOWN_METRICS = (
+    "distance",
+    "walking_speed",
+    "pitch_amplitude",
+    "roll_amplitude",
+    "zmp_margin_p5",
+    "zmp_inside_share",
+    "foot_clearance",
+    "toe_first_share",
+    "peak_plough_force",
+    "saturation_share",
+    "cost_of_transport",
+)
+MOST_REASONS = 12  # rows; the rest is counted
+
+
+def fallen(trials: pd.DataFrame) -> pd.DataFrame:
+    """Trials that ended in a fall."""
+    return trials[(trials["state"] == "DONE") & truth(trials["fell"])]
+
+
+def falls_table(results: Results) -> str:
+    """Falls of each variant by direction, with the time to the fall."""
+    header = [
+        "",
+        "trials",
+        "falls",
+        *DIRECTIONS,
+        "median time to fall [s]",
+        "infeasible",
+        "failed",
+        "missing",
+    ]
+    rows = [_falls_row(escape(v.label), results.of(v)) for v in results.variants]
+    if len(rows) > 1:
+        rows.append(_falls_row("all", results.trials))
+    return table(header, rows, "lr")
+
+
+def _falls_row(label: str, trials: pd.DataFrame) -> list[str]:
+    falls = fallen(trials)
+    counts = [str(int((falls["fall_direction"] == name).sum())) for name in DIRECTIONS]
+    states = [str(int((trials["state"] == s).sum())) for s in ("INFEASIBLE", "FAILED", "MISSING")]
+    done = int((trials["state"] == "DONE").sum())
+    time = quartiles(falls["time_to_fall"])
+    return [label, str(len(trials)), f"{len(falls)} of {done}", *counts, time, *states]
+
+
+def quartiles(values: pd.Series) -> str:
+    """Median, quartiles and n of the numbers that are defined."""
+    known = numbers(values)
+    if not len(known):
+        return NOTHING
+    low, middle, high = np.percentile(known, [25, 50, 75])
+    return f"{middle:.3g} [{low:.3g}, {high:.3g}], n = {len(known)}"
+
+
+def numbers(values: pd.Series) -> np.ndarray:
+    """The finite numbers of a column, whatever else it holds. Shape (n,)."""
+    known = pd.to_numeric(values, errors="coerce").to_numpy(dtype=float)
+    return known[np.isfinite(known)]
+
+
+def fall_phases(results: Results) -> list[tuple[str, np.ndarray]]:
+    """Label and gait phases at the fall of every variant that fell while walking."""
+    phases = [(v.label, numbers(fallen(results.of(v))["fall_phase"])) for v in results.variants]
+    return [(label, values) for label, values in phases if len(values)]
+
+
+def reasons(results: Results) -> str:
+    """Why trials are infeasible or failed, the commonest first; empty when there are none."""
+    odd = results.trials[results.trials["state"].isin(("INFEASIBLE", "FAILED"))]
+    if odd.empty:
+        return ""
+    groups = odd.fillna({"reason": ""}).groupby(["state", "reason"], sort=True).size()
+    ordered = groups.sort_values(ascending=False, kind="stable")
+    rows = [[state, str(n), escape(_first_line(why))] for (state, why), n in ordered.items()]
+    text = table(["state", "trials", "reason"], rows[:MOST_REASONS], "lrl")
+    rest = len(rows) - MOST_REASONS
+    return text if rest <= 0 else f"{text}\n\n{plural(rest, 'further reason')} not shown."
+
+
+def _first_line(reason: object) -> str:
+    lines = str(reason).strip().splitlines()
+    return lines[0][:200] if lines else "no reason recorded"
+
+
+def metrics_table(results: Results) -> str:
+    """Median and quartiles of the other metrics, one column a variant, falls included."""
+    names = [name for name in SHOWN_METRICS if name in results.trials.columns]
+    if results.done.empty or not names:
+        return ""
+    rows = [_metric_row(results, name) for name in names]
+    return table(["metric", *(escape(v.label) for v in results.variants)], rows, "l")
+
+
+def _metric_row(results: Results, name: str) -> list[str]:
+    done = [results.done_of(variant) for variant in results.variants]
+    return [f"{escape(name)} [{unit_of(name)}]", *(quartiles(trials[name]) for trials in done)]

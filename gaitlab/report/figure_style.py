@@ -1,0 +1,82 @@
+"""How every figure of gaitlab looks: one place for fonts, colours, sizes and file formats.
+
+References:
+    Okabe2008: M. Okabe and K. Ito, Color Universal Design: how to make figures and presentations
+        that are friendly to colorblind people, 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+# [Okabe2008], ordered so that neighbours also differ in lightness when printed in grey.
+BLACK, BLUE, VERMILLION, SKY = "#000000", "#0072B2", "#D55E00", "#56B4E9"
+GREEN, ORANGE, PURPLE, YELLOW = "#009E73", "#E69F00", "#CC79A7", "#F0E442"
+CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION, BLACK, YELLOW)
+HATCHES = ("", "///", "...", "xxx", "\\\\\\", "ooo", "+++", "---")
+INK, FAINT, PAPER = "#222222", "#BBBBBB", "#FFFFFF"
+
+TEXT_WIDTH = 8.0  # in, the width of a page of a code-hosting site at SCREEN_DPI
+SCREEN_DPI = 150  # 1/in, sharp on a screen of double density
+
+# Lightness falls evenly from none to all, so the order survives a grey printer.
+SHARE = LinearSegmentedColormap.from_list("share", ["#FFFFFF", "#BFD9EC", "#5E9FCC", "#08467A"])
+
+_RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
+    "font.family": "DejaVu Sans",  # ships with matplotlib: the same letters on every machine
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.axisbelow": True,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "legend.frameon": False,
+    "figure.dpi": SCREEN_DPI,
+    "hatch.linewidth": 0.6,
+    "svg.hashsalt": "gaitlab",  # identifiers in the SVG do not change from run to run
+    "svg.fonttype": "path",
+}
+
+
+class FigureFiles(NamedTuple):
+    """The two files of one figure."""
+
+    png: Path
+    svg: Path
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Settings that hold while a figure is made and saved."""
+    with mpl.rc_context(_RC):
+        yield
+
+
+def new_figure(width: float = TEXT_WIDTH, height: float = 3.0) -> Figure:
+    """An empty figure of a size in inches, independent of any display."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, folder: Path, name: str) -> FigureFiles:
+    """Write `name`.png and `name`.svg; the same figure gives the same bytes."""
+    files = FigureFiles(folder / f"{name}.png", folder / f"{name}.svg")
+    with style():
+        figure.savefig(files.png, dpi=SCREEN_DPI, metadata={"Software": None})
+        figure.savefig(files.svg, metadata={"Date": None, "Creator": None})
+    return files

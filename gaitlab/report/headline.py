@@ -1,0 +1,158 @@
+"""The headline of a report: stability per column and efficiency, ours and the paper's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import isnan, nan
+
+from gaitlab.report.cells import paper_verdicts
+from gaitlab.report.markdown import escape, table
+from gaitlab.report.reference import published
+from gaitlab.report.results import Results
+from gaitlab.report.scores import (
+    Cell,
+    Score,
+    efficiency_draws,
+    interval_of,
+    mean_percent,
+    surface_percent,
+)
+from gaitlab.report.variants import Variant
+from gaitlab.report.words import NOTHING, column_text, interval, percent, share
+from gaitlab.statistics import efficiency, stability_percent, wilson
+
+SCORES: tuple[tuple[Score, str], ...] = (("stable", ""), ("stable_strict", ", strict"))
+
+
+def headline(results: Results) -> str:
+    """Share of stable cells of each column and their mean, one row a variant and score."""
+    header = ["", *_titles(results), f"efficiency [{95} % interval]"]
+    ours = [
+        _score_row(results, variant, score, f"{escape(variant.label)}{suffix}")
+        for variant in results.variants
+        for score, suffix in SCORES
+    ]
+    return table(header, [*ours, *paper_rows(results)], "l")
+
+
+def _titles(results: Results) -> list[str]:
+    return [escape(column_text(results, value)) for value in results.column_values]
+
+
+def _score_row(results: Results, variant: Variant, score: Score, label: str) -> list[str]:
+    columns = results.by_column(variant)
+    cells = [_percent_text(cells, score) for cells in columns]
+    return [label, *cells, _efficiency_text(columns, score)]
+
+
+def _percent_text(cells: Sequence[Cell], score: Score) -> str:
+    known = [cell for cell in cells if cell.n]
+    stable = sum(bool(cell.verdict(score)) for cell in known)
+    return f"{percent(surface_percent(cells, score))} ({stable}/{len(known)})" if known else NOTHING
+
+
+def _efficiency_text(columns: Sequence[Sequence[Cell]], score: Score) -> str:
+    if not any(cell.n for cells in columns for cell in cells):
+        return NOTHING
+    bounds = interval_of(efficiency_draws(columns, score))
+    text = f"{percent(mean_percent(columns, score))} {interval(bounds)}"
+    feasible = [[cell for cell in cells if cell.feasible] for cells in columns]
+    if feasible == [list(cells) for cells in columns]:
+        return text
+    return f"{text}; {percent(mean_percent(feasible, score))} of the cells within reach"
+
+
+def paper_rows(results: Results) -> list[list[str]]:
+    """The paper's rows: as stated, as counted, and counted over the cells that we have too."""
+    names = compared_tables(results)
+    tables = [published(name) for name in names]
+    surfaces = [str(value) for value in results.column_values]
+    if not tables or results.columns != "surface":
+        return []
+    stated, counted = [t.stated for t in tables], [t.all_counted for t in tables]
+    same = [_same_cells(results, name) for name in names]
+    return [
+        _paper_row("paper, stated", stated, surfaces, [t.stated_efficiency for t in tables]),
+        _paper_row("paper, counted", counted, surfaces, [t.counted_efficiency for t in tables]),
+        _paper_row("paper, our rows only", same, surfaces, [_mean(values) for values in same]),
+    ]
+
+
+def compared_tables(results: Results) -> list[str]:
+    """Published tables that the variants are set beside, each once, in the order of their names."""
+    return sorted({variant.compare for variant in results.variants if variant.compare})
+
+
+def _paper_row(
+    label: str,
+    tables: Sequence[Mapping[str, float]],
+    surfaces: Sequence[str],
+    efficiencies: Sequence[float],
+) -> list[str]:
+    cells = [_arrow([values.get(surface, nan) for values in tables]) for surface in surfaces]
+    return [label, *cells, _arrow(efficiencies)]
+
+
+def _same_cells(results: Results, name: str) -> dict[str, float]:
+    """Percentage of stable cells in a printed table, of those cells that were planned here too."""
+    chosen = {variant.label for variant in results.variants if variant.compare == name}
+    cells: dict[str, list[bool]] = {}
+    for (label, _, surface), verdict in paper_verdicts(results).items():
+        if label in chosen:
+            cells.setdefault(str(surface), []).append(verdict)
+    return {surface: stability_percent(verdicts) for surface, verdicts in cells.items()}
+
+
+def _mean(percents: Mapping[str, float]) -> float:
+    return efficiency(list(percents.values()))
+
+
+def _arrow(values: Sequence[float]) -> str:
+    if any(isnan(value) for value in values):
+        return NOTHING
+    return " → ".join(f"{value:.0f}" for value in values) + " %"
+
+
+def runs_table(results: Results) -> str:
+    """Runs still on their feet at the end, of all scored runs, with Wilson intervals."""
+    header = ["runs not fallen", *_titles(results), "all"]
+    rows = [_runs_row(results, variant) for variant in results.variants]
+    return table(header, rows, "l")
+
+
+def _runs_row(results: Results, variant: Variant) -> list[str]:
+    columns = results.by_column(variant)
+    every = [cell for cells in columns for cell in cells]
+    return [escape(variant.label), *map(_runs_text, columns), _runs_text(every)]
+
+
+def _runs_text(cells: Sequence[Cell]) -> str:
+    n = sum(cell.n for cell in cells)
+    count = sum(cell.count() for cell in cells)
+    return share(count, n, wilson(count, n)) if n else NOTHING
+
+
+HOW_TO_READ = """\
+A run is stable when the robot did not fall within the horizon; *strict* also asks for half of the
+commanded distance, so a robot that stays up without getting anywhere does not pass. A cell is
+stable when at least half of its seeds are; a percentage is the share of stable cells (count/cells)
+and efficiency its mean over the columns. A cell whose steps are out of reach counts as not stable.
+The interval of the efficiency follows from the seeds alone (cells fixed, each cell's share drawn
+from its Jeffreys posterior); the intervals of shares are Wilson's. All hold 95 %."""
+
+PAPER_ROWS = """\
+The paper's rows read without → with optimisation: the percentages its text states, those counted
+from its printed tables (10 cells a pedestal), and those counted over the cells that are also here."""
+
+
+def seeds_text(results: Results) -> str:
+    """How many seeds a cell has, `10 seeds a cell` or a range."""
+    sizes = [
+        cell.planned
+        for variant in results.variants
+        for cells in results.by_column(variant)
+        for cell in cells
+    ]
+    low, high = min(sizes), max(sizes)
+    count = f"{low}" if low == high else f"{low} to {high}"
+    return f"{count} {'seed' if high == 1 else 'seeds'} a cell"

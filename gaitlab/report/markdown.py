@@ -1,0 +1,63 @@
+"""Markdown that a code-hosting page renders: tables, images, escaped text of users."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|~$!&])")
+
+
+def escape(text: str) -> str:
+    """Text that stands as it is written: one line, no mark-up, no HTML, no cell borders."""
+    line = " ".join(str(text).split())
+    return re.sub(r"^([+-]|\d+[.)])", r"\\\1", _SPECIAL.sub(r"\\\1", line))
+
+
+def code(text: str) -> str:
+    """Text in a code span that no backtick in it can end; safe in a table cell."""
+    line = " ".join(str(text).split()).replace("|", "\\|")
+    fence = "`" * (1 + max((len(run) for run in re.findall("`+", line)), default=0))
+    pad = " " if "`" in line else ""
+    return f"{fence}{pad}{line}{pad}{fence}" if line else ""
+
+
+def fenced(text: str, language: str = "") -> str:
+    """A block of code that no fence in it can end."""
+    fence = "`" * max(3, 1 + max((len(run) for run in re.findall("`+", text)), default=0))
+    return f"{fence}{language}\n{text.rstrip()}\n{fence}"
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> str:
+    """A pipe table, padded so that its source reads well too.
+
+    Args:
+        header: Titles.
+        rows: Cells, already escaped.
+        align: One letter a column, `l`, `c` or `r`; missing letters mean `c`.
+    """
+    letters = align.ljust(len(header), "c")
+    widths = [max(3, *(len(row[i]) for row in (header, *rows))) for i in range(len(header))]
+    rules = [_rule(letter, width) for letter, width in zip(letters, widths, strict=True)]
+    lines = [header, rules, *rows]
+    return "\n".join(_line(cells, widths) for cells in lines)
+
+
+def _rule(letter: str, width: int) -> str:
+    left, right = {"l": ("", ""), "r": ("", ":"), "c": (":", ":")}[letter]
+    return left + "-" * (width - len(left) - len(right)) + right
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+    padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
+    return f"| {' | '.join(padded)} |"
+
+
+def image(alt: str, file: str) -> str:
+    """An image beside the page; the text is what a reader gets who cannot see it."""
+    return f"![{escape(alt)}]({file})"
+
+
+def section(title: str, *blocks: str) -> str:
+    """A heading of the second level and what stands below it, empty blocks left out."""
+    return "\n\n".join([f"## {title}", *(block for block in blocks if block)])

@@ -1,0 +1,158 @@
+"""Counting trials: what a cell, a surface and a variant score, each with its n.
+
+A trial is stable when the robot did not fall; strictly stable when it also covered half of the
+commanded distance. A cell is stable when at least half of its seeds are. The stability percentage
+of a surface is the share of its cells that are stable, and efficiency its mean over the surfaces,
+[EROS2018].
+
+References:
+    EROS2018: D. Pristovani R. et al., Walking Trajectory Optimization Algorithm for Robot Humanoid
+        on Synthetic Grass, EMITTER International Journal of Engineering Technology, 2018.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+
+from gaitlab.statistics import (
+    STABLE_SHARE,
+    Interval,
+    efficiency,
+    stability_percent,
+    stable_cell,
+    wilson,
+)
+
+Score = Literal["stable", "stable_strict"]
+DRAWS = 4000  # of the efficiency; the interval's ends settle to about one percent
+LEVEL = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """Trials that differ only by seed.
+
+    Attributes:
+        stable: For each scored seed whether the robot stayed up.
+        strict: The same, strictly.
+        infeasible: Seeds whose steps are out of reach; scored as not stable.
+        failed: Seeds whose simulation failed; not scored.
+        missing: Seeds not simulated yet; not scored.
+    """
+
+    stable: tuple[bool, ...]
+    strict: tuple[bool, ...]
+    infeasible: int
+    failed: int
+    missing: int
+
+    @property
+    def n(self) -> int:
+        """Scored seeds."""
+        return len(self.stable)
+
+    @property
+    def planned(self) -> int:
+        """All seeds."""
+        return self.n + self.failed + self.missing
+
+    @property
+    def feasible(self) -> bool:
+        """False when no seed could take the steps."""
+        return self.infeasible < self.n or self.n == 0
+
+    def outcomes(self, score: Score) -> tuple[bool, ...]:
+        """Outcome of each scored seed."""
+        return self.stable if score == "stable" else self.strict
+
+    def count(self, score: Score = "stable") -> int:
+        """Seeds that stayed up."""
+        return sum(self.outcomes(score))
+
+    def share(self, score: Score = "stable") -> float:
+        """Share of scored seeds that stayed up, NaN without any."""
+        return self.count(score) / self.n if self.n else float("nan")
+
+    def verdict(self, score: Score = "stable") -> bool | None:
+        """Whether the cell is stable; None when nothing is scored."""
+        return stable_cell(self.share(score)) if self.n else None
+
+    def interval(self, score: Score = "stable") -> Interval:
+        """Wilson interval of the share."""
+        return wilson(self.count(score), self.n)
+
+
+EMPTY = Cell(stable=(), strict=(), infeasible=0, failed=0, missing=0)
+
+
+def cell_of(trials: pd.DataFrame) -> Cell:
+    """The cell that these trials make up."""
+    states = trials["state"]
+    scored = trials[states.isin(("DONE", "INFEASIBLE"))]
+    return Cell(
+        stable=tuple(truth(scored["stable"]).tolist()),
+        strict=tuple(truth(scored["stable_strict"]).tolist()),
+        infeasible=int((states == "INFEASIBLE").sum()),
+        failed=int((states == "FAILED").sum()),
+        missing=int((states == "MISSING").sum()),
+    )
+
+
+def truth(values: pd.Series) -> np.ndarray:
+    """Where a column of flags with gaps says yes; a trial that was not simulated says nothing."""
+    return np.array([isinstance(v, (bool, np.bool_)) and bool(v) for v in values], dtype=bool)
+
+
+def surface_percent(cells: Iterable[Cell], score: Score = "stable") -> float:
+    """Share of cells that are stable, in percent; cells without a scored seed left out."""
+    verdicts = [cell.verdict(score) for cell in cells]
+    known = [verdict for verdict in verdicts if verdict is not None]
+    return stability_percent(known) if known else float("nan")
+
+
+def mean_percent(by_surface: Sequence[Sequence[Cell]], score: Score = "stable") -> float:
+    """Efficiency: mean of the surfaces' percentages; surfaces without a score left out."""
+    percents = [surface_percent(cells, score) for cells in by_surface]
+    known = [percent for percent in percents if not np.isnan(percent)]
+    return efficiency(known) if known else float("nan")
+
+
+def efficiency_draws(
+    by_surface: Sequence[Sequence[Cell]], score: Score = "stable", stream: int = 0
+) -> np.ndarray:
+    """Plausible efficiencies given the seeds that were seen, in percent. Shape (draws,).
+
+    The cells are fixed by the design and only their seeds are random. Each cell's true share is
+    drawn from its Jeffreys posterior Beta(k + 1/2, n - k + 1/2) and the cell counted again; drawing
+    the seeds themselves again would call 3 of 3 certain. Infeasible cells are certain.
+    Different streams are independent, the same stream always draws alike.
+    """
+    generator = np.random.default_rng([20180622, stream])
+    percents = [_surface_draws(cells, score, generator) for cells in by_surface]
+    known = [draws for draws in percents if draws is not None]
+    return 100.0 * np.mean(known, axis=0) if known else np.full(DRAWS, np.nan)
+
+
+def _surface_draws(
+    cells: Sequence[Cell], score: Score, generator: np.random.Generator
+) -> np.ndarray | None:
+    known = [cell for cell in cells if cell.n]
+    if not known:
+        return None
+    k = np.array([cell.count(score) for cell in known])
+    n = np.array([cell.n for cell in known])
+    shares = generator.beta(k + 0.5, n - k + 0.5, (DRAWS, len(known)))
+    possible = np.array([cell.feasible for cell in known])
+    return np.mean((shares >= STABLE_SHARE) & possible, axis=1)
+
+
+def interval_of(draws: np.ndarray) -> Interval:
+    """Percentile interval of draws."""
+    tail = 50.0 * (1.0 - LEVEL)
+    low, high = np.percentile(draws, [tail, 100.0 - tail])
+    return Interval(float(low), float(high))

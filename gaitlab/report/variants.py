@@ -1,0 +1,90 @@
+"""Which variants an experiment has, their names and the printed table each answers to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pandas as pd
+
+PLAIN = "plain"
+Value = float | int | bool | str
+OFF: tuple[Value, ...] = ("none", False)  # values by which a parameter says that it does nothing
+
+# The two halves of the optimisation of the EROS paper: its Table 7 has neither, its Table 8 both.
+OPTIMISATION = ("gait.heel_strike", "gait.landing_deceleration")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """One combination of everything an experiment varies besides rows, columns and seed.
+
+    Attributes:
+        label: Its name in tables and figures.
+        values: Dotted path to value.
+        compare: Published table to set it beside; None for none.
+    """
+
+    label: str
+    values: Mapping[str, Value] = field(default_factory=dict)
+    compare: str | None = None
+
+
+def label_of(values: Mapping[str, Value], shared: Sequence[str] = ()) -> str:
+    """Name of a variant: what is switched on, `plain` if nothing is.
+
+    Parameters in `shared` take only one value beside `none` and are named without it.
+    """
+    parts = [_part(path, value, path in shared) for path, value in values.items()]
+    return " + ".join(part for part in parts if part) or PLAIN
+
+
+def _part(path: str, value: Value, bare: bool) -> str:
+    name = path.rpartition(".")[2].replace("_", " ")
+    if value in OFF:
+        return ""
+    return name if bare or value is True else f"{name} {value_text(value)}"
+
+
+def value_text(value: object) -> str:
+    """A value as a reader writes it: numbers short."""
+    return f"{value:.4g}" if isinstance(value, (float, np.floating)) else str(value)
+
+
+def free_paths(trials: pd.DataFrame, candidates: Sequence[str], fixed: Sequence[str]) -> list[str]:
+    """Candidates that vary on their own: neither constant nor given by the columns `fixed`."""
+    groups = [part for _, part in trials.groupby(list(fixed), sort=False)]
+    free = (p for p in candidates if any(part[p].nunique(dropna=False) > 1 for part in groups))
+    return [path for path in free if path not in fixed]
+
+
+def find_variants(trials: pd.DataFrame, paths: Sequence[str]) -> tuple[list[Variant], list[str]]:
+    """The combinations of `paths`, the plain one first, and the label of every trial."""
+    shared = [path for path in paths if _switched_only(trials[path])]
+    records = [dict(zip(paths, row, strict=True)) for row in trials[list(paths)].to_numpy(object)]
+    labels = [label_of(record, shared) for record in records]
+    pairs = zip(labels, records, strict=True)
+    variants = {label: Variant(label=label, values=record) for label, record in pairs}
+    return sorted(variants.values(), key=lambda variant: variant.label != PLAIN), labels
+
+
+def _switched_only(values: pd.Series) -> bool:
+    """Whether a parameter is either off or at one value."""
+    kinds = list(values.unique())
+    return any(v in OFF for v in kinds) and len([v for v in kinds if v not in OFF]) == 1
+
+
+def with_compare(variant: Variant, compare: str | None, variants: int) -> Variant:
+    """The variant with the printed table that it answers to.
+
+    An experiment of one variant is set beside the table it names. Among several, those without
+    either half of the optimisation answer to Table 7, those with both to Table 8, others to none.
+    """
+    if compare is None or variants == 1:
+        return replace(variant, compare=compare)
+    halves = [variant.values.get(path, "none") not in OFF for path in OPTIMISATION]
+    table = (
+        None if any(halves) != all(halves) else ("eros_table8" if all(halves) else "eros_table7")
+    )
+    return replace(variant, compare=table)

@@ -1,0 +1,124 @@
+"""Results and logs of a small experiment, made by hand, for the tests of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from gaitlab.log import LogHeader, TrialLog, columns
+from gaitlab.report.results import Results
+from gaitlab.report.variants import find_variants, with_compare
+
+SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
+STEPS = (0.0, 0.04, 0.08, -0.04)
+JOINTS = ("left_knee", "right_knee")
+
+
+def walk_log(*, amplitude: float = 0.1, fall_at: float | None = None, seed: int = 0) -> TrialLog:
+    """Pitch swings with an amplitude in [rad]; at `fall_at` in [s] the robot tips over forward."""
+    dt, end = 0.01, 6.0 if fall_at is None else fall_at + 0.5
+    time = np.arange(1, round(end / dt) + 1) * dt
+    arrays = {c.name: np.zeros(len(time), dtype=c.dtype) for c in columns(JOINTS)}
+    walking = time - 1.0
+    arrays["time"] = time
+    arrays["gait_phase"] = np.where(walking > 0, (walking / 0.8) % 1.0, np.nan)
+    arrays["step_index"] = np.where(walking > 0, np.floor(walking / 0.4), -1)
+    noise = 0.01 * np.random.default_rng(seed).standard_normal(len(time))
+    arrays["pitch"] = amplitude * np.sin(2 * np.pi * walking / 0.8) + noise
+    arrays["trunk_qw"] = np.ones(len(time))
+    arrays["trunk_x"], arrays["trunk_z"] = 0.1 * np.clip(walking, 0, None), np.full(len(time), 0.3)
+    if fall_at is not None:
+        falling = np.clip((time - fall_at) / 0.3, 0.0, 1.0)
+        arrays["pitch"] = arrays["pitch"] + 1.4 * falling**2
+        arrays["fall_cause"] = (time >= fall_at + 0.3).astype(int)
+    header = LogHeader(
+        joints=JOINTS,
+        dt=dt,
+        mass=3.5,
+        standing_height=0.3,
+        startup_time=1.0,
+        gait_period=0.8,
+        step_length=0.04,
+        horizon_time=5.0,
+        pile_height=0.05,
+        sole_length=0.125,
+        sole_width=0.08,
+        torque_limits=(3.0, 3.0),
+    )
+    return TrialLog(header=header, arrays=arrays)
+
+
+def trial(
+    row: float, surface: str, heel: str, seed: int, *, state: str = "DONE", up: bool = True
+) -> dict[str, object]:
+    """One row of the store's table."""
+    name = f"{heel}-{surface}-{row}-{seed}"
+    done = state == "DONE"
+    return {
+        "trial_id": name,
+        "experiment": "toy",
+        "surface": surface,
+        "seed": seed,
+        "state": state,
+        "reason": "" if done else "left_leg at tick 3: reach 0.23 m, at most 0.21 m",
+        "gait.step_length": row,
+        "gait.heel_strike": heel,
+        "gait.landing_deceleration": "none" if heel == "none" else "log_tail",
+        "stable": up if done else None,
+        "stable_strict": up and row != 0.04 if done else None,
+        "fell": not up if done else None,
+        "fall_direction": None if up or not done else "forward",
+        "fall_phase": 0.3 if done and not up else np.nan,
+        "time_to_fall": 2.0 + 0.1 * seed if done and not up else np.nan,
+        "distance": 0.1 * seed + abs(row) if done else np.nan,
+        "pitch_amplitude": 0.1 if done else np.nan,
+        "walking_speed": 0.05 if done else np.nan,
+    }
+
+
+def toy_trials(seeds: int = 4) -> list[dict[str, object]]:
+    """Plain falls on high grass and long steps; with heel strike only the longest step falls."""
+    trials = []
+    for heel in ("none", "add"):
+        for surface in SURFACES:
+            for row in STEPS:
+                for seed in range(seeds):
+                    soft = surface in ("grass_50mm", "grass_30mm")
+                    up = abs(row) < (0.02 if soft else 0.08) if heel == "none" else row < 0.08
+                    trials.append(
+                        trial(row, surface, heel, seed, up=up or (seed == 0 and row < 0.08))
+                    )
+    return trials
+
+
+def toy_log(name: str) -> TrialLog:
+    """Log of a toy trial: plain walks fall."""
+    heel, *_, seed = name.split("-")
+    fall_at = 3.0 + 0.2 * int(seed) if heel == "none" else None
+    return walk_log(amplitude=0.3 if heel == "none" else 0.1, fall_at=fall_at, seed=int(seed))
+
+
+def results_of(
+    trials: Sequence[dict[str, object]],
+    *,
+    paths: Sequence[str] = ("gait.heel_strike", "gait.landing_deceleration"),
+    compare: str | None = "eros_table7",
+    rows: str = "gait.step_length",
+    columns: str = "surface",
+    log: Callable[[str], TrialLog] = toy_log,
+) -> Results:
+    """Results as a store would give them."""
+    frame = pd.DataFrame(list(trials))
+    variants, labels = find_variants(frame, paths)
+    return Results(
+        title="Toy: does heel strike help?",
+        question="A question.",
+        rows=rows,
+        columns=columns,
+        variants=tuple(with_compare(variant, compare, len(variants)) for variant in variants),
+        reading="foot_travel",
+        trials=frame.assign(variant=labels),
+        log=log,
+    )
