@@ -1,0 +1,72 @@
+"""Where a result comes from: versions, code, machine and time. No part of a trial's identity."""
+
+from __future__ import annotations
+
+import platform
+import socket
+import subprocess
+import sys
+from datetime import datetime, timezone
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
+
+
+def provenance(wall_time: float) -> dict[str, str | float | None]:
+    """What is worth knowing about a run that has just ended.
+
+    Args:
+        wall_time: How long it took, in [s].
+    """
+    return {
+        **_unchanging(),
+        "host": socket.gethostname(),
+        "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "wall_time": round(wall_time, 3),
+    }
+
+
+@cache
+def _unchanging() -> dict[str, str | None]:
+    return {
+        "gaitlab_version": _version("gaitlab"),
+        "python_version": platform.python_version(),
+        "numpy_version": _version("numpy"),
+        "pybullet_version": _version("pybullet"),
+        "platform": f"{sys.platform}-{platform.machine()}",
+        "git_commit": _git_commit(Path(__file__).parent),
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _git_commit(folder: Path) -> str | None:
+    """Commit of the checkout that gaitlab runs from, `+` when files differ; None outside one."""
+    commit = _git(folder, "rev-parse", "--short=12", "HEAD")
+    tracked = _git(folder, "ls-files", "--error-unmatch", str(Path(__file__)))
+    if not commit or tracked is None:
+        return None
+    return commit + ("+" if _git(folder, "status", "--porcelain", "--", ".") else "")
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
+    command = ["git", "-C", str(folder), *arguments]
+    try:
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=GIT_TIMEOUT,
+            check=True,
+            stdin=subprocess.DEVNULL,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()

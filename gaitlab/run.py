@@ -1,0 +1,82 @@
+"""One trial from its plain data to its place in the store."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gaitlab.errors import Infeasible, StoreError, UnknownName
+from gaitlab.log import TrialLog
+from gaitlab.metrics import measure
+from gaitlab.provenance import provenance
+from gaitlab.simulate import simulate
+from gaitlab.store import Scalar, State, Store, TrialRecord
+from gaitlab.trial import Trial
+
+TRACEBACK_LINES = 12  # of a failed trial's traceback, kept in its reason
+
+
+def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """Simulate, measure, commit. A fall is a result, and so is whatever the gait or robot raises.
+
+    A trial that is committed already, by a worker that died right after, is not run again.
+
+    Args:
+        trial_id: Identity of the trial.
+        trial: The trial as plain data.
+        store: Folder of the store.
+
+    Returns:
+        The record that was committed: `DONE`, `INFEASIBLE` or `FAILED`.
+
+    Raises:
+        StoreError: If it could not be committed; the trial is not to blame.
+    """
+    committed = _committed(Store(store), trial_id)
+    if committed is not None:
+        return committed
+    start = time.perf_counter()
+    outcome = _outcome(trial)
+    record = TrialRecord(
+        trial_id=trial_id,
+        state=outcome.state,
+        reason=outcome.reason,
+        trial=trial,
+        metrics=outcome.metrics,
+        provenance=provenance(time.perf_counter() - start),
+    )
+    Store(store).commit(record, outcome.log)
+    return record
+
+
+def _committed(store: Store, trial_id: str) -> TrialRecord | None:
+    try:
+        record = store.record(trial_id)
+    except (UnknownName, StoreError):
+        return None
+    return None if record.state == "FAILED" else record
+
+
+class _Outcome(NamedTuple):
+    state: State
+    reason: str = ""
+    metrics: Mapping[str, Scalar] = {}
+    log: TrialLog | None = None
+
+
+def _outcome(trial: Mapping[str, Any]) -> _Outcome:
+    try:
+        log = simulate(Trial.from_dict(dict(trial)))
+        return _Outcome("DONE", metrics=measure(log), log=log)
+    except Infeasible as error:
+        return _Outcome("INFEASIBLE", str(error))
+    except Exception as error:
+        return _Outcome("FAILED", _reason(error))
+
+
+def _reason(error: Exception) -> str:
+    lines = "".join(traceback.format_exception(error)).splitlines()
+    return "\n".join([f"{type(error).__name__}: {error}", *lines[-TRACEBACK_LINES:]])

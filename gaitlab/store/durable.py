@@ -1,0 +1,104 @@
+"""Files that are either whole or not there, whatever kills the writer."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from gaitlab.errors import StoreError
+
+PARTIAL = ".tmp"  # ending of a file that is still being written
+
+
+def write_durably(path: Path, content: bytes) -> None:
+    """Put a file in place in one step: beside, fsync, rename, fsync of the folder.
+
+    Raises:
+        StoreError: If the disk is full, or the folder cannot be written or has vanished.
+    """
+    partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
+    try:
+        _make_folder(path.parent)
+        _write_synced(partial, content)
+        os.replace(partial, path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        _remove_quietly(partial)
+        raise unwritable(path, error, len(content)) from error
+
+
+def append(path: Path, line: bytes) -> None:
+    """Add one line to a file of lines, on a line of its own even after a torn one.
+
+    Not synced: only for what can be rebuilt.
+
+    Raises:
+        StoreError: If the line cannot be written.
+    """
+    try:
+        with path.open("a+b") as file:
+            size = file.seek(0, os.SEEK_END)
+            if size:
+                file.seek(size - 1)
+            start = b"\n" if size and file.read(1) != b"\n" else b""
+            file.write(start + line + b"\n")
+    except OSError as error:
+        raise unwritable(path, error, len(line)) from error
+
+
+def sweep(folder: Path) -> int:
+    """Remove what writers left half-written below a folder; says how many files."""
+    stale = list(_partial_files(folder))
+    for path in stale:
+        _remove_quietly(path)
+    return len(stale)
+
+
+def unwritable(path: Path, error: OSError, size: int = 0) -> StoreError:
+    """The error of the operating system in the user's words, with what to do."""
+    what = os.strerror(error.errno) if error.errno else str(error)
+    advice = {
+        errno.ENOSPC: f"the disk is full; free at least {max(size, 1 << 20) / 1e6:.0f} MB",
+        errno.EDQUOT: f"your quota is used up; free at least {max(size, 1 << 20) / 1e6:.0f} MB",
+        errno.EROFS: "the file system is read-only; choose another folder with --store DIR",
+        errno.ENOENT: "the folder has vanished while it was in use",
+    }.get(error.errno or 0, "make it writable or choose another folder with --store DIR")
+    return StoreError(
+        f"{path}: cannot be written ({what}): {advice}. "
+        "What is committed is safe; the same command goes on from there."
+    )
+
+
+def _make_folder(folder: Path) -> None:
+    if folder.is_dir():
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    _sync_folder(folder.parent)
+
+
+def _write_synced(path: Path, content: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _remove_quietly(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:
+        return  # it ends in .tmp, so nobody will ever count it
+
+
+def _partial_files(folder: Path) -> Iterator[Path]:
+    return folder.rglob(f"*{PARTIAL}")

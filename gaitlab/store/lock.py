@@ -1,0 +1,80 @@
+"""One run at a time on a store: a lock that names its holder and dies with it.
+
+The lock is the kernel's (flock), not the file: a file left by a dead run, or copied elsewhere with
+the store, holds nothing. Readers never ask for it.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime, timezone
+from pathlib import Path
+
+from gaitlab.errors import StoreError
+from gaitlab.store.durable import unwritable
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold the store for this process.
+
+    Raises:
+        StoreError: If another run holds it (names host, process and start), or the folder cannot
+            be written.
+    """
+    descriptor = _open(path)
+    try:
+        _acquire(descriptor, path)
+        _sign(descriptor, path)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _open(path: Path) -> int:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def _acquire(descriptor: int, path: Path) -> None:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise StoreError(
+            f"{path.parent}: another run is using this store ({_holder(path)}). "
+            "Wait until it ends, or choose another folder with --store DIR."
+        ) from error
+    except OSError as error:
+        if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP):
+            raise unwritable(path, error) from error
+        raise StoreError(
+            f"{path}: this file system has no locks ({error.strerror}); "
+            "choose a folder on a local disk with --store DIR and copy it afterwards."
+        ) from error
+
+
+def _sign(descriptor: int, path: Path) -> None:
+    since = datetime.now(timezone.utc).isoformat(timespec="seconds")
+    holder = {"host": socket.gethostname(), "pid": os.getpid(), "since": since}
+    try:
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, json.dumps(holder).encode() + b"\n", 0)
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def _holder(path: Path) -> str:
+    try:
+        holder = json.loads(path.read_text())
+        return f"host {holder['host']}, process {holder['pid']}, since {holder['since']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "it has not signed yet"

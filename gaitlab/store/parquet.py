@@ -1,0 +1,196 @@
+"""One trial as one Parquet file that explains itself.
+
+One row group, one row a tick. Floats are split into byte streams before zstd, which halves what
+dictionary encoding leaves of joint angles; dictionaries are off. Beside the columns the file
+carries the header of the log, the whole record and a seal: the SHA-256 of both and of every
+column's bytes, so that no damaged number is ever read.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from gaitlab.log import LogHeader, TrialLog, columns
+from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
+
+FORMAT_VERSION = 1  # of the file; raise it when an older gaitlab could misread a newer file
+_VERSION, _RECORD, _HEADER = b"gaitlab.format", b"gaitlab.record", b"gaitlab.header"
+_COLUMNS_SHA256, _SEAL = b"gaitlab.columns_sha256", b"gaitlab.seal"
+
+
+class Unreadable(Exception):
+    """A file that is no whole trial of this version.
+
+    Attributes:
+        kind: `damaged`, `foreign` (not written by gaitlab) or `newer`.
+    """
+
+    def __init__(self, path: Path, kind: Literal["damaged", "foreign", "newer"], why: str) -> None:
+        super().__init__(f"{path}: {kind}: {why}")
+        self.path, self.kind, self.why = path, kind, why
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.path, self.kind, self.why)
+
+
+def encode(record: TrialRecord, log: TrialLog | None) -> bytes:
+    """The file of a trial. Without a log it has the column `time` and no rows."""
+    table = _table(log)
+    sha256 = columns_sha256(log)
+    header = canonical(dataclasses.asdict(log.header)) if log is not None else ""
+    text = to_json(record)
+    metadata = {
+        _VERSION: str(FORMAT_VERSION).encode(),
+        _HEADER: header.encode(),
+        _RECORD: text.encode(),
+        _COLUMNS_SHA256: sha256.encode(),
+        _SEAL: _seal(text, header, sha256).encode(),
+    }
+    return _parquet(table.replace_schema_metadata(metadata))
+
+
+def read_record(path: Path) -> TrialRecord:
+    """The record in a file, without reading its columns.
+
+    Raises:
+        Unreadable: If the file is torn, foreign or of a newer version.
+    """
+    return _read_record(path, _schema_metadata(path))
+
+
+def read_log(path: Path) -> TrialLog | None:
+    """The log in a file, bit for bit as it was written; None if its trial ended without one.
+
+    Raises:
+        Unreadable: If the file is torn, foreign or of a newer version.
+    """
+    metadata = _schema_metadata(path)
+    _read_record(path, metadata)
+    if not metadata[_HEADER]:
+        return None
+    log = _decode_log(path, metadata)
+    if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
+        raise Unreadable(path, "damaged", "the columns are not those that were written")
+    return log
+
+
+def columns_sha256(log: TrialLog | None) -> str:
+    """SHA-256 of the bytes of all columns, in file order."""
+    digest = hashlib.sha256()
+    for column in columns(log.header.joints) if log is not None else ():
+        digest.update(column.name.encode())
+        digest.update(log.arrays[column.name].data)  # type: ignore[union-attr]
+    return digest.hexdigest()
+
+
+def _table(log: TrialLog | None) -> pa.Table:
+    described = columns(log.header.joints) if log is not None else columns(())[:1]
+    fields = [
+        pa.field(c.name, _TYPES[c.dtype], nullable=False, metadata={"unit": c.unit, "doc": c.doc})
+        for c in described
+    ]
+    schema = pa.schema(fields)
+    if log is None:
+        return schema.empty_table()
+    return pa.Table.from_arrays([pa.array(log.arrays[c.name]) for c in described], schema=schema)
+
+
+_TYPES = {
+    "float32": pa.float32(),
+    "int8": pa.int8(),
+    "int16": pa.int16(),
+    "bool": pa.bool_(),
+}
+
+
+def _parquet(table: pa.Table) -> bytes:
+    floats = [field.name for field in table.schema if pa.types.is_floating(field.type)]
+    sink = pa.BufferOutputStream()
+    pq.write_table(
+        table,
+        sink,
+        row_group_size=max(1, table.num_rows),
+        compression="zstd",
+        compression_level=3,
+        use_dictionary=False,
+        use_byte_stream_split=floats,
+        write_statistics=False,
+        write_page_checksum=True,
+    )
+    return sink.getvalue().to_pybytes()
+
+
+def _schema_metadata(path: Path) -> dict[bytes, bytes]:
+    try:
+        metadata: dict[bytes, bytes] | None = pq.read_schema(path, memory_map=False).metadata
+    except (pa.ArrowException, OSError) as error:
+        if isinstance(error, FileNotFoundError):
+            raise
+        raise Unreadable(path, "damaged", f"not a whole Parquet file ({_short(error)})") from error
+    return metadata or {}
+
+
+def _read_record(path: Path, metadata: dict[bytes, bytes]) -> TrialRecord:
+    if _VERSION not in metadata:
+        raise Unreadable(path, "foreign", "not written by gaitlab")
+    _check_version(path, metadata[_VERSION])
+    try:
+        text, header, sha256, seal = (
+            metadata[key].decode() for key in (_RECORD, _HEADER, _COLUMNS_SHA256, _SEAL)
+        )
+        if seal != _seal(text, header, sha256):
+            raise ValueError("the record is not the one that was written")
+        record = from_json(text)
+    except (KeyError, ValueError) as error:
+        raise Unreadable(path, "damaged", _short(error)) from error
+    if record.trial_id != path.stem:
+        raise Unreadable(path, "foreign", f"holds trial {record.trial_id}; rename it back")
+    return record
+
+
+def _check_version(path: Path, written: bytes) -> None:
+    try:
+        version = int(written)
+    except ValueError as error:
+        raise Unreadable(path, "damaged", f"format version {written!r}") from error
+    if version > FORMAT_VERSION:
+        why = f"format {version}, this gaitlab reads up to {FORMAT_VERSION}; update gaitlab"
+        raise Unreadable(path, "newer", why)
+
+
+def _decode_log(path: Path, metadata: dict[bytes, bytes]) -> TrialLog:
+    try:
+        header = _header(json.loads(metadata[_HEADER]))
+        table = pq.read_table(path, page_checksum_verification=True, use_threads=False)
+        arrays = {c.name: _array(table, c.name, c.dtype) for c in columns(header.joints)}
+    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
+        raise Unreadable(path, "damaged", _short(error)) from error
+    return TrialLog(header=header, arrays=arrays)
+
+
+def _header(content: dict[str, Any]) -> LogHeader:
+    lists = {name: tuple(value) for name, value in content.items() if isinstance(value, list)}
+    return LogHeader(**{**content, **lists})
+
+
+def _array(table: pa.Table, name: str, dtype: str) -> np.ndarray:
+    array: np.ndarray = table.column(name).combine_chunks().to_numpy(zero_copy_only=False)
+    if array.dtype != dtype:
+        raise ValueError(f"column {name} is {array.dtype}, not {dtype}")
+    return array
+
+
+def _seal(record: str, header: str, sha256: str) -> str:
+    return hashlib.sha256("\0".join((record, header, sha256)).encode()).hexdigest()
+
+
+def _short(error: Exception) -> str:
+    return str(error).splitlines()[0][:200] if str(error) else type(error).__name__

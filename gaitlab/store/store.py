@@ -1,0 +1,198 @@
+"""A folder of trials that loses nothing: commit, look up, tabulate, query."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gaitlab.errors import StoreError, UnknownName
+from gaitlab.log import TrialLog
+from gaitlab.store import parquet
+from gaitlab.store.durable import sweep, unwritable, write_durably
+from gaitlab.store.index import (
+    Index,
+    append_entry,
+    entry,
+    read_entries,
+    reconcile,
+    write_entries,
+)
+from gaitlab.store.lists import TrialList, read_list, write_list
+from gaitlab.store.lock import locked
+from gaitlab.store.parquet import Unreadable
+from gaitlab.store.record import State, TrialRecord
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from gaitlab.experiment import Experiment
+    from gaitlab.plan import PlannedTrial
+
+
+class Store:
+    """Results in a folder, `data` by default. Opening one touches nothing.
+
+    Attributes:
+        path: The folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._trials = path / "trials"
+        self._experiments = path / "experiments"
+        self._index_file = path / "index.jsonl"
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """Hold the store against other runs, first clearing what a killed run left half-written.
+
+        Raises:
+            StoreError: If another run holds it (names host, process and start), or the folder
+                cannot be written.
+        """
+        with locked(self.path / "lock"):
+            sweep(self.path)
+            yield
+
+    def file(self, trial_id: str) -> Path:
+        """Where the trial is, or would be."""
+        return self._trials / trial_id[:2] / f"{trial_id}.parquet"
+
+    def commit(self, record: TrialRecord, log: TrialLog | None) -> None:
+        """Keep a trial for good; it is there wholly or not at all, whatever happens meanwhile.
+
+        Raises:
+            StoreError: If it cannot be written, or a newer gaitlab has written this trial.
+        """
+        path = self.file(record.trial_id)
+        self._refuse_newer(path)
+        write_durably(path, parquet.encode(record, log))
+
+    def note(self, record: TrialRecord) -> None:
+        """Add a committed trial to the index. Only for the run that holds the lock."""
+        path = self.file(record.trial_id)
+        try:
+            size = path.stat().st_size
+        except OSError as error:
+            raise unwritable(path, error) from error
+        append_entry(self._index_file, entry(record, size))
+
+    def index(self) -> Index:
+        """What the store holds now; the trials' files decide, nothing is written."""
+        return reconcile(self._trials, read_entries(self._index_file))
+
+    def compact(self) -> Index:
+        """Write the index anew, one line a trial. Only for the run that holds the lock."""
+        found = self.index()
+        write_entries(self._index_file, found.entries.values())
+        return found
+
+    def rebuild(self) -> Index:
+        """Write the index anew from the trials' files alone. Only under the lock."""
+        found = reconcile(self._trials, {})
+        write_entries(self._index_file, found.entries.values())
+        return found
+
+    def states(self) -> dict[str, State]:
+        """State of every trial by its id."""
+        return {key: item.state for key, item in self.index().entries.items()}
+
+    def record(self, trial_id: str) -> TrialRecord:
+        """The record of a trial.
+
+        Raises:
+            UnknownName: If the store does not hold it.
+            StoreError: If its file is damaged, foreign or of a newer version.
+        """
+        try:
+            return parquet.read_record(self.file(trial_id))
+        except FileNotFoundError as error:
+            raise self._unknown(trial_id) from error
+        except Unreadable as error:
+            raise StoreError(f"{error}. {_REDO}") from error
+
+    def log(self, trial_id: str) -> TrialLog:
+        """The log of a trial, bit for bit as it was recorded.
+
+        Raises:
+            UnknownName: If the store does not hold it.
+            StoreError: If its file is damaged, or the trial ended without a log.
+        """
+        record = self.record(trial_id)
+        try:
+            log = parquet.read_log(self.file(trial_id))
+        except Unreadable as error:
+            raise StoreError(f"{error}. {_REDO}") from error
+        if log is None:
+            raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
+        return log
+
+    def register(self, experiment: Experiment, planned: Iterable[PlannedTrial]) -> TrialList:
+        """Keep a copy of the experiment's file and the list of its trials."""
+        return write_list(self._experiments, experiment, planned)
+
+    def experiments(self) -> dict[str, TrialList]:
+        """Every experiment that was run on this store, by name."""
+        if not self._experiments.is_dir():
+            return {}
+        folders = sorted(f for f in self._experiments.iterdir() if (f / "trials.jsonl").is_file())
+        return {folder.name: read_list(folder) for folder in folders}
+
+    def table(self, experiment: str | None = None) -> pd.DataFrame:
+        """One row for each experiment and trial that is committed.
+
+        Columns: trial_id, experiment, robot, gait, surface, seed, state, reason, every metric,
+        every varied parameter under its dotted path, provenance. Rows stand in the order of the
+        plan. Without a name, all experiments, and the trials that none asks for any more.
+
+        Raises:
+            UnknownName: If the experiment was never run on this store.
+        """
+        from gaitlab.store.tables import trials_table  # slow to load, and no worker needs it
+
+        entries, lists = self.index().entries, self.experiments()
+        chosen = list(lists.values()) if experiment is None else [self._chosen(experiment, lists)]
+        return trials_table(entries, chosen, unlisted=experiment is None)
+
+    def query(self, sql: str) -> pd.DataFrame:
+        """Answer of DuckDB over the views `trials` (see `table`) and `ticks` (trial_id and log).
+
+        Raises:
+            UsageError: If the query is wrong; quotes DuckDB and lists the columns.
+        """
+        from gaitlab.store.tables import select  # slow to load, and no worker needs it
+
+        done = (key for key, item in self.index().entries.items() if item.state == "DONE")
+        return select(sql, self.table(), [self.file(key) for key in done])
+
+    def _chosen(self, name: str, lists: dict[str, TrialList]) -> TrialList:
+        if name not in lists:
+            known = ", ".join(lists) or "none"
+            raise UnknownName(
+                f"{self.path}: experiment {name!r} was never run on this store; there: {known}. "
+                f"Run it with `gaitlab run {name}`."
+            )
+        return lists[name]
+
+    def _refuse_newer(self, path: Path) -> None:
+        if not os.path.exists(path):
+            return
+        try:
+            parquet.read_record(path)
+        except Unreadable as error:
+            if error.kind == "newer":
+                raise StoreError(f"{error}; it is left as it is") from error
+        except FileNotFoundError:
+            return
+
+    def _unknown(self, trial_id: str) -> UnknownName:
+        return UnknownName(
+            f'{self.path}: no trial {trial_id}; `gaitlab query "SELECT trial_id FROM trials"` '
+            "lists those that are there"
+        )
+
+
+_REDO = "`gaitlab run` of its experiment does this trial again."

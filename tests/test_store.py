@@ -1,0 +1,224 @@
+"""The store as a whole: what counts, what the tables say, who may write."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitlab.errors import StoreError, UnknownName, UsageError, WrongValue
+from gaitlab.store import Store
+from tests import recorded
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store(tmp_path / "data")
+
+
+def commit(store: Store, *numbers: int) -> None:
+    for number in numbers:
+        store.commit(recorded.record(number), recorded.log(seed=number))
+        store.note(recorded.record(number))
+
+
+def test_opening_and_reading_a_store_that_is_not_there_creates_nothing(store: Store) -> None:
+    assert store.states() == {}
+    assert store.experiments() == {}
+    assert len(store.table()) == 0
+    assert not store.path.exists()
+
+
+def test_a_commit_without_a_note_counts(store: Store) -> None:
+    store.commit(recorded.record(1), recorded.log())
+    assert store.states() == {recorded.trial_id(1): "DONE"}
+
+
+def test_a_note_without_its_file_does_not_count(store: Store) -> None:
+    commit(store, 1, 2)
+    store.file(recorded.trial_id(1)).unlink()
+    assert list(store.states()) == [recorded.trial_id(2)]
+
+
+def test_the_compacted_index_does_not_depend_on_order_or_on_interruptions(tmp_path: Path) -> None:
+    one, other = Store(tmp_path / "one"), Store(tmp_path / "other")
+    commit(one, *range(6))
+    one.compact()
+    commit(other, 3, 1)
+    other.compact()
+    commit(other, 0, 5, 5)
+    for number in (2, 4):
+        other.commit(recorded.record(number), recorded.log(seed=number))
+    other.compact()
+    assert (one.path / "index.jsonl").read_bytes() == (other.path / "index.jsonl").read_bytes()
+
+
+def test_the_index_is_rebuilt_from_the_files_alone(store: Store) -> None:
+    commit(store, *range(5))
+    before = store.compact()
+    index = store.path / "index.jsonl"
+    content = index.read_bytes()
+    index.write_bytes(content.replace(b'"DONE"', b'"FAILED"'))
+    assert store.rebuild() == before
+    assert index.read_bytes() == content
+
+
+@pytest.mark.parametrize("cut", [1, 20, 200])
+def test_a_torn_index_line_costs_nothing(store: Store, cut: int) -> None:
+    commit(store, 1, 2)
+    index = store.path / "index.jsonl"
+    index.write_bytes(index.read_bytes()[:-cut])
+    commit(store, 3)
+    assert set(store.states()) == {recorded.trial_id(n) for n in (1, 2, 3)}
+    assert len(index.read_bytes().splitlines()) == 3
+
+
+def test_files_that_are_no_trials_are_named_and_break_nothing(store: Store) -> None:
+    commit(store, 1)
+    folder = store.path / "trials" / "ab"
+    folder.mkdir(exist_ok=True)
+    (folder / "notes.txt").write_text("mine")
+    (folder / f"{'ab' * 16}.parquet").write_bytes(b"PAR1")
+    (store.path / "trials" / "stray.parquet").write_bytes(b"")
+    assert list(store.states()) == [recorded.trial_id(1)]
+    assert {e.path.name for e in store.index().unreadable} == {
+        "notes.txt",
+        f"{'ab' * 16}.parquet",
+        "stray.parquet",
+    }
+    assert store.query("SELECT count(*) AS n FROM ticks")["n"].tolist() == [40]
+
+
+def test_what_a_killed_writer_left_is_swept_and_never_counted(store: Store) -> None:
+    commit(store, 1)
+    stale = store.file(recorded.trial_id(2)).with_suffix(".parquet.77.tmp")
+    stale.parent.mkdir(exist_ok=True)
+    stale.write_bytes(store.file(recorded.trial_id(1)).read_bytes())
+    assert list(store.states()) == [recorded.trial_id(1)]
+    assert store.index().unreadable == ()
+    with store.lock():
+        assert not stale.exists()
+
+
+def test_two_experiments_share_a_trial_and_each_sees_its_own_rows(store: Store) -> None:
+    commit(store, 1, 2, 3, 9)
+    store.register(recorded.experiment("first"), recorded.planned(range(1, 3)))
+    store.register(recorded.experiment("second"), recorded.planned(range(2, 5)))
+    first, second = store.table("first"), store.table("second")
+    assert first["seed"].tolist() == [1, 2]
+    assert second["seed"].tolist() == [2, 3]
+    everything = store.table()
+    assert everything["experiment"].isna().sum() == 1
+    assert len(everything) == 5
+    shutil.rmtree(store.path / "experiments" / "second")
+    assert store.table("first").equals(first)
+
+
+def test_the_table_has_metrics_varied_parameters_and_gaps_of_the_right_type(store: Store) -> None:
+    commit(store, 1, 2)
+    store.commit(recorded.record(3, "INFEASIBLE"), None)
+    store.register(recorded.experiment(), recorded.planned(range(1, 4), **{"robot.sole": "flat"}))
+    table = store.table("sweep")
+    assert table["state"].tolist() == ["DONE", "DONE", "INFEASIBLE"]
+    assert table["gait.step_height"].tolist() == pytest.approx([0.01, 0.02, 0.03])
+    assert table["robot.sole"].tolist() == ["flat"] * 3
+    assert table["stable"].mean() == 0.5
+    assert "wall_time" not in table
+
+
+def test_an_experiment_that_was_never_run_is_said_so(store: Store) -> None:
+    store.register(recorded.experiment("first"), recorded.planned(range(1)))
+    with pytest.raises(UnknownName, match="there: first"):
+        store.table("second")
+
+
+@pytest.mark.parametrize("name", ["../x", "/x", "a/b", "", ".hidden", "x\0", "n" * 101, "a\n"])
+def test_a_name_that_leaves_the_store_is_refused(store: Store, name: str) -> None:
+    with pytest.raises(WrongValue, match="change `name:`"):
+        store.register(recorded.experiment(name), [])
+    assert not store.path.exists()
+
+
+def test_a_damaged_list_of_trials_is_said_so_with_what_to_do(store: Store) -> None:
+    store.register(recorded.experiment(), recorded.planned(range(3)))
+    path = store.path / "experiments" / "sweep" / "trials.jsonl"
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(StoreError, match=r"`gaitlab run`.*writes the list anew"):
+        store.table("sweep")
+
+
+def test_sql_answers_over_trials_and_ticks(store: Store) -> None:
+    commit(store, 0, 1, 2)
+    store.register(recorded.experiment(), recorded.planned(range(3)))
+    share = store.query("SELECT surface, avg(stable::int) AS share FROM trials GROUP BY 1")
+    assert share["share"].tolist() == [pytest.approx(2 / 3)]
+    joined = store.query(
+        "SELECT seed, count(*) AS ticks FROM trials JOIN ticks USING (trial_id) GROUP BY ALL"
+    )
+    assert joined["ticks"].tolist() == [40, 40, 40]
+
+
+@pytest.mark.parametrize(
+    "sql", ["SELEC 1", "SELECT nothing FROM trials", "", "SELECT 1 FROM nowhere"]
+)
+def test_wrong_sql_is_a_usage_error(store: Store, sql: str) -> None:
+    commit(store, 1)
+    with pytest.raises(UsageError, match=r"query"):
+        store.query(sql)
+
+
+HOLDER = """
+import sys
+from pathlib import Path
+from gaitlab.store import Store
+with Store(Path(sys.argv[1])).lock():
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+def hold(store: Store) -> subprocess.Popen[str]:
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(store.path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "held\n"
+    return process
+
+
+def test_a_second_run_is_refused_by_name_and_readers_are_not(store: Store) -> None:
+    commit(store, 1)
+    with hold(store) as process:
+        with pytest.raises(StoreError, match=f"process {process.pid}, since"), store.lock():
+            pass
+        assert len(store.states()) == 1
+        process.communicate("")
+    with store.lock():
+        commit(store, 2)
+
+
+def test_a_lock_dies_with_its_holder(store: Store) -> None:
+    with hold(store) as process:
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+    with store.lock():
+        pass
+
+
+def test_a_copied_store_is_a_store(store: Store, tmp_path: Path) -> None:
+    commit(store, 1, 2)
+    store.register(recorded.experiment(), recorded.planned(range(1, 3)))
+    with hold(store) as process:
+        shutil.copytree(store.path, tmp_path / "copy")
+        copy = Store(tmp_path / "copy")
+        with copy.lock():
+            assert copy.table().equals(store.table())
+        process.communicate("")
