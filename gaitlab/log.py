@@ -244,10 +244,9 @@ class TrialLog:
     @property
     def stalled(self) -> bool:
         """Whether the robot stayed up but covered less than half of the commanded distance."""
-        commanded = self.commanded_distance
-        return (
-            self.fall_index is None and commanded > 0.0 and self.distance < STALL_SHARE * commanded
-        )
+        if self.fall_index is not None or not self.commanded_distance:
+            return False
+        return self.distance < STALL_SHARE * self.commanded_distance
 
     @cached_property
     def cycles(self) -> tuple[slice, ...]:
@@ -257,7 +256,7 @@ class TrialLog:
         count = int((self.walking.stop - self.walking.start + 1.1) / period)
         edges = self.walking.start + np.rint(np.arange(count + 1) * period).astype(int)
         edges = np.minimum(edges, self.walking.stop)
-        return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(edges) if a < b)
 
     @cached_property
     def _clear_cycles(self) -> tuple[slice, ...]:
@@ -282,13 +281,11 @@ class TrialLog:
     def swings(self) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
         """Rows of every completed swing of the left and of the right foot.
 
-        A foot swings while it carries less than `SWING_LOAD` of the weight, between two rows in
-        which it carries more, for at least `SHORTEST_SWING` of the gait period: blades that brush
-        the sole do not make it stand, and a foot that chatters does not step.
+        A foot swings while it carries less than `SWING_LOAD` of the weight, for no less than
+        `SHORTEST_SWING` of the gait period: brushing blades make no stance, chatter no step.
         """
         loaded = self.per_foot("normal_force")[self.walking] >= SWING_LOAD * self.header.weight
-        left, right = (self._gaps(loaded[:, foot]) for foot in range(2))
-        return left, right
+        return self._gaps(loaded[:, 0]), self._gaps(loaded[:, 1])
 
     def _gaps(self, loaded: np.ndarray) -> tuple[slice, ...]:
         change = np.diff(loaded.astype(np.int8))
