@@ -12,7 +12,7 @@ __all__ = [
     "dump",
     "load",
     "merged",
+    "parameter_table",
     "parse",
     "plain",
-    "parameter_table",
 ]

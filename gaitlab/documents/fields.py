@@ -8,10 +8,10 @@ A number is written bare, in the declared SI unit, or with its origin:
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from functools import cache
 from math import isfinite, pi
-from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from pydantic import (
     BaseModel,
@@ -42,10 +42,14 @@ SLIPS = {  # factor from what was probably meant to SI, by unit
 }
 
 
-@cache
 def parameter_table(cls: type) -> Mapping[str, Parameter]:
     """Parameters of a dataclass by dotted path."""
-    return {item.name: item for item in parameters(cls)}
+    return _parameter_table(cls)
+
+
+@cache
+def _parameter_table(cls: Hashable) -> Mapping[str, Parameter]:
+    return {item.name: item for item in parameters(cast(type, cls))}
 
 
 def allowed(item: Parameter) -> str:
@@ -81,21 +85,21 @@ def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
         raise FileError([node.problem(_expected_mapping(cls, node))])
     bare, problems = _without_origins(cls, node.without(*skip), "")
     try:
-        model = _model(cls, False).model_validate(_input(cls, bare))
+        model = _model(cast(type, cls), False).model_validate(_input(cls, bare))
     except ValidationError as error:
         details = error.errors(include_url=False, include_input=False)
         problems += [_problem(cls, bare, detail) for detail in details]
     if problems:
         raise FileError(sorted(problems, key=lambda p: (str(p.file), p.line or 0, p.column or 0)))
-    return _guarded(node, lambda: _instance(cls, model, None))
+    return checked(node, lambda: cast(T, _instance(cls, model, None)))
 
 
-def checked(node: Node, make: Any) -> Any:
-    """Result of `make()`, its own complaints placed at the node."""
-    return _guarded(node, make)
+def checked(node: Node, make: Callable[[], T]) -> T:
+    """Result of `make()`; what it complains about becomes a mistake at the node.
 
-
-def _guarded(node: Node, make: Any) -> Any:
+    Raises:
+        FileError: If `make` raises it, another error of gaitlab or a ValueError.
+    """
     try:
         return make()
     except FileError:
@@ -146,11 +150,12 @@ def _no_hidden_bool(value: object) -> object:
 
 
 @cache
-def _model(cls: type, optional: bool) -> type[BaseModel]:
+def _model(cls: Hashable, optional: bool) -> type[BaseModel]:
     """Pydantic model of a dataclass; names hide behind aliases so that none can clash."""
-    hints = get_type_hints(cls)
+    owner = cast(type, cls)
+    hints = get_type_hints(owner)
     fields: dict[str, Any] = {}
-    for item in dataclasses.fields(cls):
+    for item in dataclasses.fields(owner):
         hint, given = hints[item.name], optional or _has_default(item)
         default = Field(default=None, alias=item.name) if given else Field(alias=item.name)
         if _nested(hint):
@@ -158,7 +163,7 @@ def _model(cls: type, optional: bool) -> type[BaseModel]:
         elif "unit" in item.metadata:
             bounds = item.metadata["low"], item.metadata["high"]
             fields[f"f_{item.name}"] = (_annotated(hint, *bounds), default)
-    return create_model(cls.__name__, __config__=CONFIG, **fields)
+    return create_model(owner.__name__, __config__=CONFIG, **fields)
 
 
 def _has_default(item: dataclasses.Field[Any]) -> bool:

@@ -1,0 +1,46 @@
+"""Experiment files: what is walked by which robot, on which ground, how often.
+
+SI units and radians throughout. Keys:
+
+    name: eros_table7               name of the results; by default the file's
+    title, description              text
+    include: bases/eros.yaml        a base file; where both have a value this file wins
+    robot: eros                     a name, a file (./my_robot.py), or {type: eros, mass: 3.5}
+    gait: {type: eros, step_height: 0.03}
+    surfaces: [grass_50mm, ./our_field.yaml]
+    surface: {toe_catch: 5.0}       set on every surface, which must have the parameter
+    servo: {type: mx_28, supply: 11.1}   set on every servo; `type` replaces the robot's choice
+    grid:                           every combination of
+      gait.step_length: [0.0, 0.02]     lists under dotted paths that start with gait., surface.,
+      robot.sole.kind: [flat, studs]    servo., robot., engine., horizon. or spread.
+    zip:                            lists that move together; several such mappings as a list
+      gait.heel_strike: [none, add]
+      gait.landing_deceleration: [none, log_tail]
+    one_at_a_time:                  the base, then each path varied alone
+      gait.step_height: [0.02, 0.03, 0.04]
+    seeds: 10                       seeds 0 to 9, or a list of seeds
+    horizon: {cycles: 9, distance: 6.0, time: 60.0}     whichever comes first
+    engine: {dt: 0.002}
+    spread: {friction: 0.1}         how much the replicates differ
+    log: {every: 1}
+    report: {rows: gait.step_length, columns: surface, variants: [...], compare: eros_table7,
+             distance_reading: foot_travel, title: text}
+
+A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
+"""
+
+from gaitlab.experiment.axes import Axis, combinations
+from gaitlab.experiment.experiment import Experiment, load_experiment
+from gaitlab.experiment.parts import Parts, Value, changed
+from gaitlab.experiment.schema import ReportSettings
+
+__all__ = [
+    "Axis",
+    "Experiment",
+    "Parts",
+    "ReportSettings",
+    "Value",
+    "changed",
+    "combinations",
+    "load_experiment",
+]

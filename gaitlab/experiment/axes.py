@@ -1,0 +1,215 @@
+"""What an experiment varies: `grid`, `zip` and `one_at_a_time` as axes that multiply."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice, product
+
+from gaitlab.documents import Node, checked
+from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
+from gaitlab.experiment.parts import GROUPS, Parts, Value
+from gaitlab.experiment.schema import Sections
+
+MOST_TRIED = 2000  # combinations of one part that are tried before anything runs
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """Paths that take their values together.
+
+    Attributes:
+        paths: Dotted paths.
+        rows: Values of the paths, row by row.
+    """
+
+    paths: tuple[str, ...]
+    rows: tuple[tuple[Value, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Column:
+    """A path and its list, as written."""
+
+    section: str
+    path: str
+    key: Node
+    values: Node
+
+
+def varied_columns(sections: Sections) -> list[_Column]:
+    """Every varied path with its list, in the order of the file.
+
+    Raises:
+        FileError: If a section has another form, a list is empty or a path is varied twice.
+    """
+    columns = [
+        column
+        for name in ("grid", "zip", "one_at_a_time")
+        for part in _mappings(name, getattr(sections, name))
+        for column in _columns(name, part)
+    ]
+    problems = [problem for column in columns for problem in _list_problems(column)]
+    problems += _twice(columns)
+    if problems:
+        raise FileError(problems)
+    return columns
+
+
+def first_values(columns: list[_Column]) -> dict[str, Node]:
+    """First value of every varied path."""
+    return {column.path: column.values.items[0] for column in columns}
+
+
+def _mappings(name: str, node: Node | None) -> tuple[Node, ...]:
+    """The mappings of a section; `zip` may be a list of them."""
+    if node is None:
+        return ()
+    parts = node.items if name == "zip" and isinstance(node.value, tuple) else (node,)
+    for part in parts:
+        if not part.mapping:
+            what = "nothing" if part.value in (None, {}, ()) else part.found()
+            message = (
+                f"{name}: found {what}; expected lines of the form "
+                "`gait.step_length: [0.02, 0.04]`, or leave the section out"
+            )
+            raise FileError([part.problem(message)])
+    return parts
+
+
+def _columns(name: str, part: Node) -> Iterator[_Column]:
+    for path, values in part.mapping.items():
+        yield _Column(section=name, path=path, key=part.keys[path], values=values)
+
+
+def _list_problems(column: _Column) -> Iterator[Problem]:
+    where = f"{column.section}: {column.path}"
+    if not isinstance(column.values.value, tuple):
+        found = column.values.found()
+        yield column.values.problem(f"{where}: found {found}; expected a list, [{found}]")
+    elif not column.values.items:
+        yield column.values.problem(f"{where}: an empty list; write at least one value")
+
+
+def _twice(columns: list[_Column]) -> Iterator[Problem]:
+    seen: dict[str, _Column] = {}
+    for column in columns:
+        first = seen.setdefault(column.path, column)
+        if first is not column:
+            yield column.key.problem(
+                f"{column.path} is varied twice, under {first.section} and {column.section}; "
+                "keep one of them"
+            )
+
+
+def read_axes(sections: Sections, parts: Parts, columns: list[_Column]) -> tuple[Axis, ...]:
+    """Axes of the experiment, every value checked like the field it stands for.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    problems: list[Problem] = []
+    values = {column.path: tuple(_values(column, parts, problems)) for column in columns}
+    problems += _unequal(sections, values)
+    if problems:
+        raise FileError(problems)
+    grid = [_single(path, values[path]) for path in _paths(sections.grid)]
+    zips = [_together(part, values) for part in _mappings("zip", sections.zip)]
+    axes = [*grid, *zips]
+    if sections.one_at_a_time is not None:
+        paths = _paths(sections.one_at_a_time)
+        axes.append(checked(sections.one_at_a_time, lambda: _one_at_a_time(paths, parts, values)))
+    problems += _impossible(parts, axes, {column.path: column.key for column in columns})
+    if problems:
+        raise FileError(problems)
+    return tuple(axes)
+
+
+def _paths(node: Node | None) -> tuple[str, ...]:
+    return () if node is None else tuple(node.mapping)
+
+
+def _values(column: _Column, parts: Parts, problems: list[Problem]) -> Iterator[Value]:
+    """Checked values of a path; mistakes go to `problems`."""
+    try:
+        parts.parameter(column.path)
+    except WrongValue as error:
+        problems.append(column.key.problem(f"{column.section}: {error}"))
+        return
+    seen: set[Value] = set()
+    for node in column.values.items:
+        try:
+            value = parts.check(column.path, node)
+        except FileError as error:
+            problems += error.problems
+            continue
+        if value in seen and column.section != "zip":
+            problems.append(node.problem(f"{column.path}: {value} is listed twice; keep one"))
+        seen.add(value)
+        yield value
+
+
+def _unequal(sections: Sections, values: Mapping[str, tuple[Value, ...]]) -> Iterator[Problem]:
+    for part in _mappings("zip", sections.zip):
+        lengths = {path: len(part.mapping[path].items) for path in part.mapping}
+        if len(set(lengths.values())) > 1:
+            found = ", ".join(f"{path} has {n}" for path, n in lengths.items())
+            yield part.problem(f"zip: lists that move together are equally long; {found}")
+
+
+def _single(path: str, values: tuple[Value, ...]) -> Axis:
+    return Axis(paths=(path,), rows=tuple((value,) for value in values))
+
+
+def _together(part: Node, values: Mapping[str, tuple[Value, ...]]) -> Axis:
+    paths = tuple(part.mapping)
+    rows = tuple(zip(*(values[path] for path in paths), strict=True))
+    return Axis(paths=paths, rows=rows)
+
+
+def _one_at_a_time(
+    paths: tuple[str, ...], parts: Parts, values: Mapping[str, tuple[Value, ...]]
+) -> Axis:
+    """The base once, then every path through its values while the others keep the base."""
+    centre = tuple(_base_value(parts, path) for path in paths)
+    rows = [centre]
+    for index, path in enumerate(paths):
+        changed = (value for value in values[path] if value != centre[index])
+        rows += [(*centre[:index], value, *centre[index + 1 :]) for value in changed]
+    return Axis(paths=paths, rows=tuple(rows))
+
+
+def _base_value(parts: Parts, path: str) -> Value:
+    found = parts.base_values(path)
+    if len(found) > 1:
+        raise WrongValue(
+            f"one_at_a_time: {path} has no single base, it is {' and '.join(map(str, found))}; "
+            "put it under grid"
+        )
+    return found[0]
+
+
+def _impossible(parts: Parts, axes: list[Axis], keys: Mapping[str, Node]) -> list[Problem]:
+    """Combinations that a robot, gait, ground or servo itself refuses, one of each group."""
+    problems: list[Problem] = []
+    for group in GROUPS:
+        touching = [axis for axis in axes if any(p.startswith(f"{group}.") for p in axis.paths)]
+        for values in islice(combinations(touching), MOST_TRIED if touching else 0):
+            changes = {path: v for path, v in values.items() if path.startswith(f"{group}.")}
+            try:
+                parts.try_out(group, changes)
+            except (GaitlabError, ValueError) as error:
+                shown = ", ".join(f"{path} = {value}" for path, value in changes.items())
+                problems.append(keys[next(iter(changes))].problem(f"{shown}: {error}"))
+                break
+    return problems
+
+
+def combinations(axes: Sequence[Axis]) -> Iterator[dict[str, Value]]:
+    """Values by dotted path of every combination, the last axis moves fastest."""
+    for rows in product(*(axis.rows for axis in axes)):
+        yield {
+            path: value
+            for axis, row in zip(axes, rows, strict=True)
+            for path, value in zip(axis.paths, row, strict=True)
+        }

@@ -1,0 +1,208 @@
+"""An experiment that was read and found right: the one thing that planning starts from."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gaitlab.documents import Node, build, dump, plain
+from gaitlab.errors import FileError, Problem, UsageError
+from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
+from gaitlab.experiment.parts import Parts, read_parts
+from gaitlab.experiment.reading import apply_setting, read_tree
+from gaitlab.experiment.schema import ReportSettings, Sections
+from gaitlab.plugins import PACKAGE, locate, suggestion
+from gaitlab.trial import canonical_json, values
+
+DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
+MOST_SEEDS = 10**9  # replicates
+LARGEST_SEED = 2**63 - 1
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """A validated experiment.
+
+    Attributes:
+        name: Name of its results.
+        title: What is asked, one line; empty if the file does not say.
+        description: A paragraph; empty if the file does not say.
+        path: File it was read from.
+        text: The file as read; with `include` or settings, the file that they amount to.
+        digest: SHA-256 of everything it resolves to, names and comments apart. 64 hex digits.
+        parts: Robot, gait, surfaces, servos and settings before anything is varied.
+        axes: What is varied; axes multiply.
+        seeds: Seeds of the replicates of every cell.
+        log_every: Ticks between rows of the log.
+        report: How the results are laid out.
+    """
+
+    name: str
+    title: str
+    description: str
+    path: Path
+    text: str
+    digest: str
+    parts: Parts
+    axes: tuple[Axis, ...]
+    seeds: Sequence[int]
+    log_every: int
+    report: ReportSettings
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Every varied dotted path, in the order of the axes."""
+        return tuple(path for axis in self.axes for path in axis.paths)
+
+
+def load_experiment(
+    name_or_path: str | Path, settings: Sequence[str] = (), seeds: int | None = None
+) -> Experiment:
+    """Experiment of a name or a file, read and checked to the last value.
+
+    Args:
+        name_or_path: Name of a file in `experiments/`, or a .yaml file.
+        settings: `path=value` each, applied over the file; the value is YAML.
+        seeds: Number of replicates, over the file's.
+
+    Raises:
+        UnknownName: If there is no such experiment.
+        FileError: Everything that is wrong in it, with file, line and column.
+        UsageError: If a setting or the number of seeds makes no sense.
+    """
+    path = locate("experiment", str(name_or_path))
+    tree = read_tree(path)
+    changed = bool(settings) or seeds is not None or "include:" in path.read_text("utf-8-sig")
+    if seeds is not None:
+        settings = [*settings, f"seeds={_replicates(seeds)}"]
+    for setting in settings:
+        tree = apply_setting(tree, setting)
+    text = _resolved_text(path, tree, settings) if changed else path.read_text("utf-8-sig")
+    return _experiment(path, tree, text)
+
+
+def _replicates(seeds: int) -> int:
+    if not 1 <= seeds <= MOST_SEEDS:
+        raise UsageError(f"--seeds {seeds}: allowed is a whole number from 1 to {MOST_SEEDS}")
+    return seeds
+
+
+def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
+    """YAML of the whole tree, headed by where it comes from."""
+    applied = "".join(f"# --set {' '.join(setting.split())}\n" for setting in settings)
+    return f"# {path.name} with everything it includes\n{applied}{dump(plain(tree))}"
+
+
+def _experiment(path: Path, tree: Node, text: str) -> Experiment:
+    sections = build(Sections, tree, skip=())
+    columns = varied_columns(sections)
+    parts = read_parts(sections, first_values(columns), path.parent)
+    axes = read_axes(sections, parts, columns)
+    seeds = _seeds(sections.seeds)
+    name = sections.name or path.stem
+    report = _report(tree, sections.report, axes)
+    _check_name(tree, name)
+    return Experiment(
+        name=name,
+        title=sections.title,
+        description=sections.description,
+        path=path,
+        text=text,
+        digest=_digest(parts, axes, seeds, report),
+        parts=parts,
+        axes=axes,
+        seeds=seeds,
+        log_every=sections.log.every,
+        report=report,
+    )
+
+
+def _check_name(tree: Node, name: str) -> None:
+    if not NAME.fullmatch(name):
+        node = tree.mapping.get("name", tree)
+        raise FileError(
+            [
+                node.problem(
+                    f"name: found {name[:60]!r}; it names a folder, so letters, digits and _ . - "
+                    "are allowed, at most 100, the first a letter or a digit"
+                )
+            ]
+        )
+
+
+def _seeds(node: Node | None) -> Sequence[int]:
+    if node is None:
+        return range(DEFAULT_SEEDS)
+    if _whole(node.value, 1, MOST_SEEDS):
+        return range(int(str(node.value)))
+    wrong = [item for item in node.items if not _whole(item.value, 0, LARGEST_SEED)]
+    allowed = f"a number of replicates from 1 to {MOST_SEEDS} or a list of seeds"
+    if wrong:
+        message = f"seeds: found {wrong[0].found()}; a seed is a whole number from 0 to 2^63 - 1"
+        raise FileError([wrong[0].problem(message)])
+    if not node.items:
+        found = "an empty list" if node.value == () else node.found()
+        raise FileError([node.problem(f"seeds: found {found}; allowed is {allowed}")])
+    seeds = tuple(int(str(item.value)) for item in node.items)
+    if len(set(seeds)) < len(seeds):
+        raise FileError([node.problem("seeds: a seed is listed twice; keep one of each")])
+    return seeds
+
+
+def _whole(value: object, low: int, high: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
+def _report(tree: Node, report: ReportSettings, axes: Sequence[Axis]) -> ReportSettings:
+    """Report settings with the rows filled in.
+
+    Raises:
+        FileError: If a path is not varied or no published table has that name.
+    """
+    varied = [path for axis in axes for path in axis.paths]
+    node = tree.mapping.get("report", tree)
+    known = {"rows": ["surface", *varied], "columns": ["surface", *varied], "variants": varied}
+    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*.csv"))
+    problems = [
+        problem
+        for key, allowed in {**known, "compare": tables}.items()
+        for problem in _unknown(node, key, allowed)
+    ]
+    if problems:
+        raise FileError(problems)
+    rows = report.rows or next((path for path in varied if path != report.columns), "surface")
+    given = {key: getattr(report, key) for key in ("title", "columns", "variants", "compare")}
+    return ReportSettings(rows=rows, distance_reading=report.distance_reading, **given)
+
+
+def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:
+    node = report.mapping.get(key)
+    if node is None:
+        return []
+    return [
+        item.problem(
+            f"report: {key}: {item.value!r} is not there{suggestion(str(item.value), allowed)}"
+        )
+        for item in node.items or (node,)
+        if item.value not in allowed and item.value != ()
+    ]
+
+
+def _digest(
+    parts: Parts, axes: Sequence[Axis], seeds: Sequence[int], report: ReportSettings
+) -> str:
+    content = {
+        "robot": [parts.robot_code.identity, values(parts.robot)],
+        "gait": [parts.gait_code.identity, values(parts.gait)],
+        "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],
+        "servos": [values(servo) for servo in parts.servos({})],
+        "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
+        "axes": [[axis.paths, axis.rows] for axis in axes],
+        "seeds": len(seeds) if isinstance(seeds, range) else seeds,
+        "report": values(report),
+    }
+    return hashlib.sha256(canonical_json(content).encode()).hexdigest()

@@ -1,0 +1,135 @@
+"""The file of an experiment as one tree: its base files included, its settings applied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gaitlab.documents import Node, load, merged, parse
+from gaitlab.errors import FileError, UsageError
+
+DEEPEST_INCLUDE = 8  # files
+TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
+PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
+LISTS_OF_REPORT = ("compare", "variants")  # keys of `report` that may be a single name
+OWN = ("name", "title", "description")  # keys that a base file does not hand down
+
+
+def read_tree(path: Path) -> Node:
+    """Root mapping of an experiment file on top of the files it includes.
+
+    Raises:
+        FileError: If one of them is wrong or they include each other.
+    """
+    return _read(path, (path.resolve(),))
+
+
+def _read(path: Path, chain: tuple[Path, ...]) -> Node:
+    tree = load(path)
+    include = tree.mapping.get("include")
+    tree = _with_types(tree.without("include"))
+    if include is None:
+        return tree
+    return _on_base(_read(*_included(path, include, chain)).without(*OWN), tree)
+
+
+def _included(path: Path, include: Node, chain: tuple[Path, ...]) -> tuple[Path, tuple[Path, ...]]:
+    if not isinstance(include.value, str):
+        message = f"include: found {include.found()}; expected one .yaml file, relative to this one"
+        raise FileError([include.problem(message)])
+    base = (path.parent / include.value).resolve()
+    if base in chain or len(chain) > DEEPEST_INCLUDE:
+        route = " -> ".join(file.name for file in (*chain, base))
+        message = f"include: files include each other or too deep ({route}); leave one out"
+        raise FileError([include.problem(message)])
+    if not base.is_file():
+        message = f"include: there is no file {base}; give a .yaml file relative to {path.parent}"
+        raise FileError([include.problem(message)])
+    return base, (*chain, base)
+
+
+def _with_types(tree: Node) -> Node:
+    """`gait: eros` written as `gait: {type: eros}`."""
+    entries = {}
+    for name in TYPED:
+        node = tree.mapping.get(name)
+        if node is not None and isinstance(node.value, str):
+            entries[name] = _mapping_at(node).replaced(type=node)
+    return _with_lists(tree.replaced(**entries))
+
+
+def _with_lists(tree: Node) -> Node:
+    """`compare: eros_table7` written as `compare: [eros_table7]`."""
+    report = tree.mapping.get("report")
+    if report is None:
+        return tree
+    single = {
+        key: node
+        for key, node in report.mapping.items()
+        if key in LISTS_OF_REPORT and isinstance(node.value, str)
+    }
+    listed = {key: _at(node, (node,)) for key, node in single.items()}
+    return tree.replaced(report=report.replaced(**listed)) if listed else tree
+
+
+def _at(node: Node, value: tuple[Node, ...]) -> Node:
+    return Node(file=node.file, line=node.line, column=node.column, value=value)
+
+
+def _mapping_at(node: Node) -> Node:
+    return Node(file=node.file, line=node.line, column=node.column, value={})
+
+
+def _on_base(base: Node, child: Node) -> Node:
+    """The child wins; another `type` leaves the parameters of the base's type behind."""
+    dropped = [name for name in TYPED if _changes_type(base, child, name)]
+    return merged(base.without(*dropped), child)
+
+
+def _changes_type(base: Node, child: Node, name: str) -> bool:
+    old, new = (tree.mapping.get(name) for tree in (base, child))
+    if old is None or new is None or "type" not in new.mapping or "type" not in old.mapping:
+        return False
+    return old.mapping["type"].value != new.mapping["type"].value
+
+
+def apply_setting(tree: Node, setting: str) -> Node:
+    """Tree with one `path=value` of the command line applied; the value is read as YAML.
+
+    Raises:
+        UsageError: If it has no `=`, or names a parameter that the file varies.
+        FileError: If the value is no YAML.
+    """
+    path, equals, text = setting.partition("=")
+    path = path.strip()
+    if not equals or not path:
+        raise UsageError(f"--set {setting}: write path=value, gait.step_height=0.03 for instance")
+    for section in PATHS_AS_KEYS:
+        if path in _varied(tree, section):
+            raise UsageError(
+                f"--set {setting}: the file varies {path} under {section}, so the value would "
+                f"change nothing; write --set '{section}.{path}=[{text}]'"
+            )
+    value = parse(text, Path(f"--set {setting}"), placed=False)
+    changed = _set(tree, _steps(path), value)
+    return _with_types(_on_base(tree, changed) if path in TYPED else changed)
+
+
+def _varied(tree: Node, section: str) -> set[str]:
+    node = tree.mapping.get(section)
+    parts = (node, *node.items) if node is not None else ()
+    return {path for part in parts for path in part.mapping}
+
+
+def _steps(path: str) -> list[str]:
+    head, _, rest = path.partition(".")
+    return [head, rest] if head in PATHS_AS_KEYS and rest else path.split(".")
+
+
+def _set(node: Node, steps: Sequence[str], value: Node) -> Node:
+    if not steps:
+        return value
+    if not node.mapping:
+        node = Node(file=value.file, value={})
+    child = node.mapping.get(steps[0], Node(file=value.file, value={}))
+    return node.replaced(**{steps[0]: _set(child, steps[1:], value)})

@@ -1,0 +1,70 @@
+"""Keys of an experiment file, with what each takes. Their meaning stands in the package's text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from gaitlab.documents import Node
+from gaitlab.parameters import parameter
+from gaitlab.settings import EngineSettings, Horizon, Spread
+
+PRINTED_PER_METRE = {"foot_travel": 200.0, "cm": 100.0, "mm": 1000.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogSettings:
+    """What is kept of every trial."""
+
+    every: int = parameter(1, unit="-", low=1, high=1, doc="ticks between rows; every tick is kept")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportSettings:
+    """How the results are laid out."""
+
+    title: str = parameter("", unit="-", doc="heading of the report")
+    rows: str = parameter("", unit="-", doc="dotted path whose values are the rows")
+    columns: str = parameter("surface", unit="-", doc="dotted path whose values are the columns")
+    variants: tuple[str, ...] = parameter(
+        (), unit="-", doc="dotted paths of which every combination gets a table of its own"
+    )
+    compare: tuple[str, ...] = parameter(
+        (), unit="-", doc="published tables to print beside: one for all variants or one for each"
+    )
+    distance_reading: Literal["foot_travel", "cm", "mm"] = parameter(
+        "foot_travel",
+        unit="-",
+        doc="what a printed distance d means: d cm that the swing foot travels, so a step length "
+        "of d/2 cm; or a step length of d cm; or of d mm",
+        source="reconstruction: the unit differs between the paper's text and tables",
+    )
+
+    def printed_distance(self, step_length: float) -> float:
+        """Numeral that the paper prints for a step length in [m]."""
+        return step_length * PRINTED_PER_METRE[self.distance_reading]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sections:
+    """Top-level keys of an experiment file."""
+
+    name: str = parameter("", unit="-", doc="name of the results; by default the file's")
+    title: str = parameter("", unit="-", doc="one line: what is asked")
+    description: str = parameter("", unit="-", doc="a paragraph")
+    robot: Node = parameter(unit="-", doc="name, or `type` and parameters")
+    gait: Node = parameter(unit="-", doc="name, or `type` and parameters")
+    surfaces: Node = parameter(unit="-", doc="list of names or files")
+    surface: Node | None = parameter(None, unit="-", doc="parameters set on every surface")
+    servo: Node | None = parameter(None, unit="-", doc="`type` and parameters for every servo")
+    grid: Node | None = parameter(None, unit="-", doc="dotted paths, each with a list of values")
+    zip: Node | None = parameter(None, unit="-", doc="dotted paths whose lists move together")
+    one_at_a_time: Node | None = parameter(
+        None, unit="-", doc="dotted paths, each varied while the others keep their base"
+    )
+    seeds: Node | None = parameter(None, unit="-", doc="number of replicates or list of seeds")
+    horizon: Horizon = field(default_factory=Horizon)
+    engine: EngineSettings = field(default_factory=EngineSettings)
+    spread: Spread = field(default_factory=Spread)
+    log: LogSettings = field(default_factory=LogSettings)
+    report: ReportSettings = field(default_factory=ReportSettings)

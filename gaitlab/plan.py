@@ -1,0 +1,167 @@
+"""All trials of an experiment, in the order of its file, made one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import inf, prod
+from typing import Any
+
+from gaitlab.body import Robot
+from gaitlab.experiment import Experiment, Parts, Value, changed, combinations
+from gaitlab.motion import Gait
+from gaitlab.plugins import label
+from gaitlab.servos import Servo
+from gaitlab.settings import Horizon
+from gaitlab.trial import Names, Trial
+
+SAMPLED_CELLS = 32  # cells whose duration stands for all
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One combination of varied values; its trials differ in the seed alone.
+
+    Attributes:
+        index: Position in the order of the plan.
+        values: Value by dotted path, and the label of the ground under `surface`.
+    """
+
+    index: int
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedTrial:
+    """A trial and where it stands in its experiment.
+
+    Attributes:
+        trial: The trial.
+        values: Varied values of its cell.
+        cell_index: Position of its cell.
+    """
+
+    trial: Trial
+    values: Mapping[str, Value]
+    cell_index: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """What an experiment amounts to. Sizes are counted, never expanded."""
+
+    experiment: Experiment
+
+    @property
+    def cell_count(self) -> int:
+        """Number of cells."""
+        rows = (len(axis.rows) for axis in self.experiment.axes)
+        return prod(rows) * len(self.experiment.parts.surfaces)
+
+    @property
+    def size(self) -> int:
+        """Number of trials."""
+        return self.cell_count * len(self.experiment.seeds)
+
+    def cells(self) -> Iterator[Cell]:
+        """Cells in the order of the file: the first axis slowest, the surface fastest."""
+        surfaces = self.experiment.parts.surfaces
+        index = 0
+        for values in combinations(self.experiment.axes):
+            for name in surfaces:
+                yield Cell(index=index, values={**values, "surface": name})
+                index += 1
+
+    def trials(self) -> Iterator[PlannedTrial]:
+        """Trials cell by cell, seeds in the order of the file."""
+        maker = _Maker(self.experiment.parts)
+        for cell in self.cells():
+            shared = maker.shared(cell.values)
+            for seed in self.experiment.seeds:
+                trial = Trial(**shared, seed=seed)
+                yield PlannedTrial(trial=trial, values=cell.values, cell_index=cell.index)
+
+    @property
+    def seconds(self) -> float:
+        """Simulated seconds of a trial if the robot stays up, the mean over a sample of cells."""
+        maker = _Maker(self.experiment.parts)
+        every = max(1, self.cell_count // SAMPLED_CELLS)
+        sample = [maker.shared(values) for values in self._spaced(every)]
+        return sum(duration(part["gait"], part["horizon"]) for part in sample) / len(sample)
+
+    def _spaced(self, every: int) -> Iterator[Mapping[str, Value]]:
+        """Every so many cells, found by index and not by counting through."""
+        for index in range(0, self.cell_count, every):
+            yield self.cell(index).values
+
+    def cell(self, index: int) -> Cell:
+        """Cell at a position in the order of the plan."""
+        names = tuple(self.experiment.parts.surfaces)
+        rest, place = divmod(index, len(names))
+        values: dict[str, Value] = {}
+        for axis in reversed(self.experiment.axes):
+            rest, row = divmod(rest, len(axis.rows))
+            values = {**dict(zip(axis.paths, axis.rows[row], strict=True)), **values}
+        return Cell(index=index, values={**values, "surface": names[place]})
+
+
+def plan(experiment: Experiment) -> Plan:
+    """Plan of an experiment."""
+    return Plan(experiment=experiment)
+
+
+def duration(gait: Gait, horizon: Horizon) -> float:
+    """Simulated time of a trial in which the robot stays up and walks as commanded, in [s]."""
+    speed = 2.0 * abs(gait.step_length) / gait.gait_period
+    distance_time = horizon.distance / speed if speed else inf
+    walking = min(horizon.cycles * gait.gait_period, horizon.time, distance_time)
+    return gait.startup_time + walking
+
+
+@dataclass
+class _Maker:
+    """Makes what the trials of a cell share, each part once however many cells want it."""
+
+    parts: Parts
+    made: dict[tuple[object, ...], Any] = field(default_factory=dict)
+
+    def shared(self, values: Mapping[str, Value]) -> dict[str, Any]:
+        """Arguments of the trials of a cell, but for the seed."""
+        parts, name = self.parts, str(values["surface"])
+        robot = self._part("robot", parts.robot, values)
+        return {
+            "robot": robot,
+            "gait": self._part("gait", parts.gait, values),
+            "surface": self._part("surface", parts.surfaces[name], values, name),
+            "servos": self._servos(robot, values),
+            "engine": self._part("engine", parts.engine, values),
+            "horizon": self._part("horizon", parts.horizon, values),
+            "spread": self._part("spread", parts.spread, values),
+            "names": Names(
+                robot=label(parts.robot_code.name), gait=label(parts.gait_code.name), surface=name
+            ),
+            "robot_code": parts.robot_code,
+            "gait_code": parts.gait_code,
+        }
+
+    def _part(self, group: str, owner: Any, values: Mapping[str, Value], name: str = "") -> Any:
+        changes = _changes(group, values)
+        key = (group, name, *changes.items())
+        if key not in self.made:
+            self.made[key] = changed(owner, changes) if changes else owner
+        return self.made[key]
+
+    def _servos(self, robot: Robot, values: Mapping[str, Value]) -> tuple[Servo, ...]:
+        changes = _changes("servo", values)
+        key = ("servo", *changes.items(), *_changes("robot", values).items())
+        if key not in self.made:
+            self.made[key] = self.parts.servos(changes, robot)
+        servos: tuple[Servo, ...] = self.made[key]
+        return servos
+
+
+def _changes(group: str, values: Mapping[str, Value]) -> dict[str, Value]:
+    start = f"{group}."
+    return {
+        path.removeprefix(start): value for path, value in values.items() if path.startswith(start)
+    }

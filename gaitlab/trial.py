@@ -1,0 +1,244 @@
+"""A trial: everything one simulation depends on, as numbers, and what it is called by.
+
+`Trial.id` hashes the numbers and never a name, so an edited surface never lets an old result
+answer for the new ground, and a comment in it changes nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from gaitlab.body import Robot
+from gaitlab.documents import parameter_table
+from gaitlab.errors import WrongValue
+from gaitlab.motion import Gait
+from gaitlab.parameters import Parameter, get_path
+from gaitlab.plugins import code_digest, is_shipped, load_class, locate
+from gaitlab.servos import Servo
+from gaitlab.settings import EngineSettings, Horizon, Spread
+from gaitlab.surfaces import SURFACE_TYPES, Surface
+
+# Raise it when a change of the simulation, of a shipped gait or of a shipped robot gives other
+# numbers for the same trial: every stored result is then simulated anew.
+PHYSICS_VERSION = 1
+ID_LENGTH = 32  # hex digits, 128 bits: no collision in any store
+
+Value = bool | int | float | str | None | list[Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Names:
+    """What the experiment calls its parts; outside the identity."""
+
+    robot: str
+    gait: str
+    surface: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plugin:
+    """Code of a robot or gait.
+
+    Attributes:
+        name: Name of a shipped one, the absolute file of a user's own.
+        digest: SHA-256 of the text of a user's own; None for a shipped one.
+    """
+
+    name: str
+    digest: str | None
+
+    @property
+    def identity(self) -> str:
+        """What tells it apart: its text, or for a shipped one its name."""
+        return self.name if self.digest is None else f"sha256:{self.digest}"
+
+
+def plugin(kind: Literal["gait", "robot"], name: str, relative_to: Path | None = None) -> Plugin:
+    """Reference to the code that a name in a file stands for.
+
+    Raises:
+        UnknownName: If there is no such file.
+    """
+    path = locate(kind, name, relative_to)
+    called = path.stem if is_shipped(kind, path) else str(path)
+    return Plugin(name=called, digest=code_digest(kind, name, relative_to))
+
+
+def values(owner: object) -> dict[str, Value]:
+    """Parameters of a dataclass by dotted path, each in its declared type."""
+    table = parameter_table(type(owner))
+    return {path: canonical(item, get_path(owner, path)) for path, item in table.items()}
+
+
+def canonical(item: Parameter, value: Any) -> Value:
+    """A value in its declared type, so that 1 and 1.0, 0.0 and -0.0 are the same length.
+
+    Raises:
+        WrongValue: If it is no finite number.
+    """
+    if item.type is float and not isinstance(value, bool):
+        value = float(value) + 0.0
+        if value - value != 0.0:
+            raise WrongValue(f"{item.name} is {value}; only finite numbers make a trial")
+        return value
+    if item.type is int:
+        return int(value)
+    return list(value) if isinstance(value, tuple | list) else value
+
+
+def instance(cls: type, given: Mapping[str, Value]) -> Any:
+    """Dataclass from its parameters by dotted path, the inverse of `values`.
+
+    Raises:
+        WrongValue: If a path is no parameter of the class.
+    """
+    unknown = sorted(set(given) - set(parameter_table(cls)))
+    if unknown:
+        raise WrongValue(
+            f"{cls.__name__} has no parameter {unknown[0]!r}; another version wrote it"
+        )
+    hints = get_type_hints(cls)
+    return cls(**{name: _built(hints[name], part) for name, part in _grouped(given).items()})
+
+
+def _grouped(given: Mapping[str, Value]) -> dict[str, Any]:
+    groups: dict[str, Any] = {}
+    for path, value in given.items():
+        head, _, rest = path.partition(".")
+        if rest:
+            groups.setdefault(head, {})[rest] = value
+        else:
+            groups[head] = value
+    return groups
+
+
+def _built(hint: Any, value: Any) -> Any:
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return instance(hint, value)
+    listed = get_origin(hint) is tuple or any(get_origin(part) is tuple for part in get_args(hint))
+    return tuple(value) if listed and isinstance(value, list) else value
+
+
+def canonical_json(data: object) -> str:
+    """JSON with sorted keys, shortest floats and no NaN: equal data, equal text."""
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def fragment(owner: object) -> str:
+    """Canonical JSON of a dataclass's parameters; remembered, because trials share their parts."""
+    try:
+        hash(owner)
+    except TypeError:
+        return canonical_json(values(owner))
+    return _remembered(owner)
+
+
+@lru_cache(maxsize=4096)
+def _remembered(owner: object) -> str:
+    return canonical_json(values(owner))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """One simulation, resolved to numbers.
+
+    Attributes:
+        robot: The robot.
+        gait: Its gait.
+        surface: The ground.
+        servos: One servo a joint, in the order of the robot's tree.
+        engine: How the engine integrates.
+        horizon: When the trial ends.
+        spread: How much replicates differ.
+        seed: Replicate number; all random streams start from it.
+        names: What robot, gait and surface are called; outside the identity.
+        robot_code: Code of the robot.
+        gait_code: Code of the gait.
+    """
+
+    robot: Robot
+    gait: Gait
+    surface: Surface
+    servos: tuple[Servo, ...]
+    engine: EngineSettings = field(default_factory=EngineSettings)
+    horizon: Horizon = field(default_factory=Horizon)
+    spread: Spread = field(default_factory=Spread)
+    seed: int
+    names: Names
+    robot_code: Plugin
+    gait_code: Plugin
+
+    @cached_property
+    def id(self) -> str:
+        """Identity: hash of every value the simulation depends on, of no name. 32 hex digits."""
+        code = {"gait": self.gait_code.identity, "robot": self.robot_code.identity}
+        parts = {
+            "code": canonical_json(code),
+            "engine": fragment(self.engine),
+            "gait": fragment(self.gait),
+            "horizon": fragment(self.horizon),
+            "physics_version": str(PHYSICS_VERSION),
+            "robot": fragment(self.robot),
+            "seed": str(int(self.seed)),
+            "servos": f"[{','.join(fragment(servo) for servo in self.servos)}]",
+            "spread": fragment(self.spread),
+            "surface": fragment(self.surface),
+            "surface_type": canonical_json(self.surface.type),
+        }
+        text = ",".join(f'"{name}":{part}' for name, part in parts.items())
+        return hashlib.sha256(f"{{{text}}}".encode()).hexdigest()[:ID_LENGTH]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The whole trial as JSON data, from which another process rebuilds it."""
+        return {
+            "physics_version": PHYSICS_VERSION,
+            "names": dataclasses.asdict(self.names),
+            "robot": {"code": dataclasses.asdict(self.robot_code), "values": values(self.robot)},
+            "gait": {"code": dataclasses.asdict(self.gait_code), "values": values(self.gait)},
+            "surface": {"type": self.surface.type, "values": values(self.surface)},
+            "servos": [values(servo) for servo in self.servos],
+            "engine": values(self.engine),
+            "horizon": values(self.horizon),
+            "spread": values(self.spread),
+            "seed": self.seed,
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Trial:
+        """The trial that `to_dict` described.
+
+        Raises:
+            UnknownName: If the file of a user's own robot or gait is gone.
+            WrongValue: If that file has changed since, or another version wrote the data.
+        """
+        codes = {kind: Plugin(**data[kind]["code"]) for kind in ("robot", "gait")}
+        return cls(
+            robot=_unpacked("robot", codes["robot"], data["robot"]["values"]),
+            gait=_unpacked("gait", codes["gait"], data["gait"]["values"]),
+            surface=instance(SURFACE_TYPES[data["surface"]["type"]], data["surface"]["values"]),
+            servos=tuple(instance(Servo, servo) for servo in data["servos"]),
+            engine=instance(EngineSettings, data["engine"]),
+            horizon=instance(Horizon, data["horizon"]),
+            spread=instance(Spread, data["spread"]),
+            seed=data["seed"],
+            names=Names(**data["names"]),
+            robot_code=codes["robot"],
+            gait_code=codes["gait"],
+        )
+
+
+def _unpacked(kind: Literal["gait", "robot"], code: Plugin, given: Mapping[str, Value]) -> Any:
+    found = code_digest(kind, code.name)
+    if found != code.digest:
+        raise WrongValue(
+            f"{code.name} has changed since the trial was planned (SHA-256 {code.digest} then, "
+            f"{found} now); plan the experiment again"
+        )
+    return instance(load_class(kind, code.name), given)
