@@ -30,7 +30,7 @@ from gaitlab.worker import Task, serve
 MAX_TRIALS = 50  # of one worker; bounds whatever the physics engine leaks
 START_TIME = 60.0  # s granted for imports on a cold, busy disk, on top of a trial's time-out
 ATTEMPTS = 2  # a worker may die for reasons of its own once
-LAST_WORDS = 8  # lines of a dead worker's output kept in the reason
+LAST_WORDS = 25  # lines of a dead worker's output kept in the reason
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,9 +87,8 @@ class Serial:
 
     def run(self, jobs: Iterable[Job]) -> Generator[Outcome, None, None]:
         """Run the jobs in their order."""
-        for job in jobs:
-            if self._draining:
-                return
+        waiting = iter(jobs)
+        while not self._draining and (job := next(waiting, None)) is not None:
             self.running = 1
             record = self._task(job.trial_id, job.trial)
             self.running = 0

@@ -9,11 +9,13 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Protocol
 
+from gaitlab.errors import GaitlabError
 from gaitlab.store import TrialRecord
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -56,8 +58,10 @@ def serve(pipe: Connection, task: Task, driver: int, output: Path) -> None:
 def _answer(task: Task, trial_id: str, trial: Mapping[str, Any]) -> TrialRecord | Exception:
     try:
         return task(trial_id, trial)
-    except Exception as error:
+    except GaitlabError as error:
         return error
+    except Exception:
+        return RuntimeError(f"in a worker:\n{traceback.format_exc()}")
 
 
 def _die_with(driver: int) -> None:

@@ -1,0 +1,215 @@
+"""Executors against real processes that exit, crash, hang and are killed."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gaitlab.errors import StoreError
+from gaitlab.executors import Executor, Job, Outcome, Processes, Serial
+from gaitlab.store import TrialRecord
+from tests import recorded
+
+
+def behave(trial_id: str, trial: Mapping[str, Any], folder: Path | None = None) -> TrialRecord:
+    """A trial that does what it says, noting each attempt in a folder."""
+    if folder is not None:
+        with (folder / trial_id).open("a") as attempts:
+            attempts.write(f"{os.getpid()}\n")
+    DEEDS[trial["do"]]()
+    if trial["do"] == "die once" and folder is not None and len(pids(folder, trial_id)) == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return recorded.record(trial["number"])
+
+
+def pids(folder: Path, trial_id: str) -> list[str]:
+    return (folder / trial_id).read_text().split()
+
+
+def full_disk() -> None:
+    raise StoreError("the disk is full")
+
+
+def bug() -> None:
+    raise ZeroDivisionError("of gaitlab itself")
+
+
+def hang() -> None:
+    while True:
+        time.sleep(1.0)
+
+
+DEEDS = {
+    "work": lambda: None,
+    "die once": lambda: None,
+    "leave": lambda: os._exit(0),
+    "exit": lambda: sys.exit(3),
+    "kill": lambda: os.kill(os.getpid(), signal.SIGKILL),
+    "segfault": lambda: ctypes.string_at(0),
+    "hang": hang,
+    "full disk": full_disk,
+    "bug": bug,
+    "chat": lambda: print("printed by the physics engine"),
+}
+
+
+def jobs(*deeds: str, timeout: float = 60.0) -> list[Job]:
+    return [
+        Job(
+            trial_id=recorded.trial_id(number),
+            trial={"do": deed, "number": number},
+            timeout=timeout,
+        )
+        for number, deed in enumerate(deeds)
+    ]
+
+
+def outcomes(executor: Executor, *deeds: str, timeout: float = 60.0) -> dict[str, Outcome]:
+    found = list(executor.run(jobs(*deeds, timeout=timeout)))
+    assert len(found) == len(deeds)
+    return {outcome.job.trial["do"]: outcome for outcome in found}
+
+
+@pytest.mark.parametrize("executor", [Serial(behave), Processes(behave, 2)])
+def test_every_job_has_its_own_outcome(executor: Executor) -> None:
+    found = list(executor.run(jobs(*["work"] * 5)))
+    assert sorted(outcome.job.trial["number"] for outcome in found) == list(range(5))
+    assert all(o.record == recorded.record(o.job.trial["number"]) for o in found)
+
+
+def test_dead_workers_cost_their_own_trials_and_say_how_they_died(tmp_path: Path) -> None:
+    executor = Processes(partial(behave, folder=tmp_path), 2)
+    found = outcomes(executor, "work", "leave", "exit", "kill", "segfault", "die once", "chat")
+    lost = {deed: found[deed].reason for deed in ("leave", "exit", "kill", "segfault")}
+    assert "exit code 0" in lost["leave"]
+    assert "exit code 3" in lost["exit"]
+    assert "SIGKILL" in lost["kill"]
+    assert "SIGSEGV" in lost["segfault"]
+    assert "string_at" in lost["segfault"], "the stack of the crash"
+    for deed in lost:
+        assert found[deed].record is None
+        assert len(pids(tmp_path, found[deed].job.trial_id)) == 2, "retried once"
+    for deed in ("work", "chat", "die once"):
+        assert found[deed].record is not None
+    assert executor.running == 0
+
+
+def test_a_hanging_trial_is_stopped_and_the_next_one_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gaitlab.executors.START_TIME", 3.0)
+    found = outcomes(Processes(behave, 1), "hang", "work", timeout=0.2)
+    assert "time-out" in found["hang"].reason
+    assert found["work"].record is not None
+
+
+def test_an_idle_worker_that_is_killed_costs_nothing(tmp_path: Path) -> None:
+    executor = Processes(partial(behave, folder=tmp_path), 1)
+
+    def killing() -> Iterator[Job]:
+        first, second = jobs("work", "work")
+        yield first
+        os.kill(int(pids(tmp_path, first.trial_id)[0]), signal.SIGKILL)
+        yield second
+
+    assert [outcome.reason for outcome in executor.run(killing())] == ["", ""]
+
+
+def test_workers_are_replaced_after_their_share(tmp_path: Path) -> None:
+    executor = Processes(partial(behave, folder=tmp_path), 1, max_trials=2)
+    list(executor.run(jobs(*["work"] * 5)))
+    assert len({pids(tmp_path, recorded.trial_id(n))[0] for n in range(5)}) == 3
+
+
+def test_a_store_that_cannot_be_written_stops_the_run_as_itself() -> None:
+    with pytest.raises(StoreError, match="the disk is full"):
+        list(Processes(behave, 2).run(jobs("full disk", "work")))
+
+
+def test_a_bug_in_a_worker_comes_with_its_traceback() -> None:
+    with pytest.raises(RuntimeError, match="ZeroDivisionError: of gaitlab itself"):
+        list(Processes(behave, 1).run(jobs("bug")))
+
+
+@pytest.mark.parametrize("executor", [Serial(behave), Processes(behave, 1)])
+def test_draining_finishes_what_runs_and_takes_no_more(executor: Executor) -> None:
+    taken: list[Job] = []
+
+    def many() -> Iterator[Job]:
+        for job in jobs(*["work"] * 50):
+            taken.append(job)
+            yield job
+
+    found = []
+    for outcome in executor.run(many()):
+        found.append(outcome)
+        executor.drain()
+    assert 1 <= len(found) == len(taken) <= 2
+
+
+def test_jobs_are_taken_only_when_a_worker_is_free() -> None:
+    taken = 0
+
+    def endless() -> Iterator[Job]:
+        nonlocal taken
+        while True:
+            taken += 1
+            yield jobs("work")[0]
+
+    running = Processes(behave, 2).run(endless())
+    next(running)
+    running.close()
+    assert taken <= 4
+
+
+DRIVER = """
+import sys
+from functools import partial
+from pathlib import Path
+from gaitlab.executors import Processes
+from tests.test_executors import behave, jobs
+if __name__ == "__main__":
+    executor = Processes(partial(behave, folder=Path(sys.argv[1])), 2)
+    list(executor.run(jobs("hang", "hang")))
+"""
+
+
+def is_running(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_no_worker_outlives_a_killed_driver(tmp_path: Path) -> None:
+    script = tmp_path / "driver.py"
+    script.write_text(DRIVER)
+    root = Path(__file__).parent.parent
+    notes = tmp_path / "notes"
+    notes.mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    driver = subprocess.Popen([sys.executable, str(script), str(notes)], env=environment, cwd=root)
+    try:
+        assert until(lambda: len(list(notes.iterdir())) == 2, seconds=30.0)
+    finally:
+        driver.kill()
+        driver.wait()
+    workers = [int(pid) for note in notes.iterdir() for pid in note.read_text().split()]
+    assert until(lambda: not any(is_running(pid) for pid in workers), seconds=5.0)
+
+
+def until(condition: Any, seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.05)
+    return bool(condition())
