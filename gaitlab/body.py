@@ -1,21 +1,24 @@
-"""A robot as a tree of rigid links: its URDF, its forward kinematics, its centre of mass.
+"""A robot as a tree of rigid links: its forward kinematics, its centre of mass, its soles.
 
 All poses are batched over n instants. A link's frame is its joint's frame, as in URDF.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
+from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.motion import FeetPoses
+from gaitlab.parameters import parameter
 
 SUPPORT_RADIUS = 0.004  # m, sphere at each support point; only its lowest point touches
+ROUNDING = 1e-9  # rad, the only angle by which a joint limit is forgiven
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,23 +74,83 @@ class Link:
     box: Box
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sole:
-    """A rectangular sole and how it stands.
+class Part(NamedTuple):
+    """One link of a limb, named without its side.
 
     Attributes:
-        length: Along x of the foot, in [m].
-        width: Along y of the foot, in [m].
-        heel: Ankle axis to the heel edge, in [m].
-        height: Ankle axis over the sole, in [m].
-        kind: `flat`, a 4 x 3 grid of equal supports out to the edges, or `studs`, four corners.
+        name: Link name.
+        joint: Name of the joint that carries it.
+        axis: Axis of the joint.
+        limits: Lower and upper joint limit, in [rad].
+        origin: Joint frame in the frame of the part above, in [m].
+        mass: In [kg].
+        box: Shape.
     """
 
-    length: float
-    width: float
-    heel: float
-    height: float
-    kind: Literal["flat", "studs"]
+    name: str
+    joint: str
+    axis: Literal["x", "y", "z"]
+    limits: tuple[float, float]
+    origin: tuple[float, float, float]
+    mass: float
+    box: Box
+
+
+def limb(parts: Sequence[Part], *, parent: str, servo: str, prefix: str = "") -> Iterator[Link]:
+    """Links of a limb that hangs on a parent, every joint driven by the same type of servo."""
+    for part in parts:
+        (lower, upper), name = part.limits, f"{prefix}{part.joint}"
+        joint = Joint(name=name, axis=part.axis, lower=lower, upper=upper, servo=servo)
+        name = f"{prefix}{part.name}"
+        yield Link(
+            name=name, parent=parent, origin=part.origin, joint=joint, mass=part.mass, box=part.box
+        )
+        parent = name
+
+
+def require_limits(limb: str, joints: Sequence[Joint], position: np.ndarray) -> None:
+    """Refuse joint positions beyond their limits.
+
+    Args:
+        limb: Name for the message, `left_leg` for instance.
+        joints: Joints of the limb.
+        position: In [rad]. Shape (n, joints of the limb).
+
+    Raises:
+        Infeasible: Names the first such instant, its joint, the angle found and those allowed.
+    """
+    low = np.array([joint.lower for joint in joints]) - ROUNDING
+    high = np.array([joint.upper for joint in joints]) + ROUNDING
+    outside = np.argwhere(~((position >= low) & (position <= high)))
+    if not len(outside):
+        return
+    tick, index = (int(i) for i in outside[0])
+    joint = joints[index]
+    reason = (
+        f"{joint.name} would have to turn to {_angles(position[tick, index])}, its limits are "
+        f"{_angles(joint.lower, joint.upper)}; shorten step_length or step_height, or change "
+        "hip_height"
+    )
+    raise Infeasible(limb=limb, tick=tick, reason=reason)
+
+
+def _angles(*angles: float) -> str:
+    in_radians = " and ".join(f"{angle:.3f}" for angle in angles)
+    in_degrees = " and ".join(f"{angle:.1f}" for angle in np.degrees(angles))
+    return f"{in_radians} rad ({in_degrees} degrees)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sole:
+    """A rectangular sole and how it stands: on a grid of points out to its edges."""
+
+    length: float = parameter(unit="m", low=0.01, high=1.0, doc="sole along x of the foot")
+    width: float = parameter(unit="m", low=0.01, high=1.0, doc="sole along y of the foot")
+    heel: float = parameter(unit="m", low=0.0, high=1.0, doc="ankle axis to the heel edge")
+    height: float = parameter(unit="m", low=0.005, high=0.5, doc="ankle axis over the sole")
+    kind: Literal["flat", "studs"] = parameter(
+        unit="-", doc="flat is a 4 x 3 grid of equal supports out to the edges, studs four corners"
+    )
 
     @property
     def centre(self) -> tuple[float, float, float]:
@@ -95,7 +158,7 @@ class Sole:
         return (self.length / 2.0 - self.heel, 0.0, -self.height)
 
     def supports(self) -> np.ndarray:
-        """Support points in the foot link frame, in [m], rear to front, right to left. Shape (m, 3)."""
+        """Support points in the foot link frame, in [m], from the rear right. Shape (m, 3)."""
         along, across = (4, 3) if self.kind == "flat" else (2, 2)
         x = np.linspace(-self.heel, self.length - self.heel, along)
         y = np.linspace(-self.width / 2.0, self.width / 2.0, across)
@@ -103,7 +166,10 @@ class Sole:
         return np.column_stack([grid, np.full(len(grid), -self.height)])
 
     def corners(self) -> np.ndarray:
-        """Corners in the foot link frame: rear right, rear left, front right, front left. Shape (4, 3)."""
+        """Corners in the foot link frame, in [m]. Shape (4, 3).
+
+        Their order is rear right, rear left, front right, front left.
+        """
         x, y = (-self.heel, self.length - self.heel), (-self.width / 2.0, self.width / 2.0)
         return np.array([(a, b, -self.height) for a in x for b in y])
 
@@ -116,15 +182,15 @@ class LinkPoses(NamedTuple):
 
 
 class Robot(Protocol):
-    """A robot: a frozen dataclass called `Robot` in a file of its own in `gaitlab/robots`.
+    """A robot: a frozen dataclass called `Robot` in a file of its own in `gaitlab/robots`."""
 
-    Attributes:
-        name: Name of the file.
-        feet: Names of the left and the right foot link.
-    """
+    @property
+    def name(self) -> str:
+        """Name of the file."""
 
-    name: str
-    feet: tuple[str, str]
+    @property
+    def feet(self) -> tuple[str, str]:
+        """Names of the left and the right foot link."""
 
     @property
     def tree(self) -> Tree:
@@ -135,7 +201,7 @@ class Robot(Protocol):
         """The sole, the same for both feet."""
 
     def joint_targets(self, feet: FeetPoses) -> np.ndarray:
-        """Joint positions that put the feet there, in [rad], in the tree's order. Shape (n, joints).
+        """Joint positions that put the feet there, in [rad]. Shape (n, joints in tree's order).
 
         Raises:
             Infeasible: If a target is out of reach or beyond a joint limit; names the limb, the

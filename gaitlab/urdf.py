@@ -1,0 +1,112 @@
+"""A robot's tree as URDF text, the form in which the physics engine reads it.
+
+References:
+    URDF: Unified Robot Description Format, XML specification, ROS wiki.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from gaitlab.body import SUPPORT_RADIUS, Box, Joint, Link, Sole, Tree
+
+# A URDF must state both. The servo's law bounds torque and speed, so these bind no servo it knows.
+EFFORT = 1000.0  # N m
+VELOCITY = 100.0  # rad/s
+
+_AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
+
+
+def urdf(
+    tree: Tree,
+    sole: Sole,
+    feet: tuple[str, str],
+    *,
+    effort: float = EFFORT,
+    velocity: float = VELOCITY,
+) -> str:
+    """URDF of a robot whose links are boxes and whose feet stand on small spheres, [URDF].
+
+    The lowest point of each sphere is a support point of the sole, so that what touches the ground
+    does not depend on the history of contact as it does for a box.
+
+    Args:
+        tree: Links, the trunk first.
+        sole: Sole of both feet.
+        feet: Names of the foot links.
+        effort: Torque limit written to every joint, in [N m].
+        velocity: Speed limit written to every joint, in [rad/s].
+
+    Raises:
+        ValueError: If a foot is no link of the tree.
+    """
+    missing = set(feet) - {link.name for link in tree.links}
+    if missing:
+        raise ValueError(f"no links called {sorted(missing)} in the tree")
+    robot = Element("robot", name="robot")
+    for link in tree.links:
+        _add_link(robot, link, sole if link.name in feet else None)
+        if link.joint is not None:
+            _add_joint(robot, link, link.joint, effort, velocity)
+    ElementTree.indent(robot)
+    return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _add_link(robot: Element, link: Link, sole: Sole | None) -> None:
+    element = SubElement(robot, "link", name=link.name)
+    _add_inertial(element, link)
+    _add_box(element, "visual", link.box)
+    if sole is None:
+        _add_box(element, "collision", link.box)
+        return
+    for x, y, z in sole.supports():
+        _add_shape(
+            element, "collision", (x, y, z + SUPPORT_RADIUS), "sphere", radius=_text(SUPPORT_RADIUS)
+        )
+
+
+def _add_inertial(element: Element, link: Link) -> None:
+    inertial = SubElement(element, "inertial")
+    SubElement(inertial, "origin", xyz=_texts(link.box.centre))
+    SubElement(inertial, "mass", value=_text(link.mass))
+    ixx, iyy, izz = box_inertia(link.mass, link.box.size)
+    moments = {"ixx": ixx, "iyy": iyy, "izz": izz, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+    SubElement(inertial, "inertia", {name: _text(value) for name, value in moments.items()})
+
+
+def box_inertia(mass: float, size: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Principal moments of a uniform box about its centre, in [kg m^2]."""
+    x, y, z = (edge**2 for edge in size)
+    return mass * (y + z) / 12.0, mass * (x + z) / 12.0, mass * (x + y) / 12.0
+
+
+def _add_box(element: Element, role: str, box: Box) -> None:
+    _add_shape(element, role, box.centre, "box", size=_texts(box.size))
+
+
+def _add_shape(
+    element: Element, role: str, centre: Iterable[float], shape: str, **attributes: str
+) -> None:
+    place = SubElement(element, role)
+    SubElement(place, "origin", xyz=_texts(centre))
+    SubElement(SubElement(place, "geometry"), shape, attributes)
+
+
+def _add_joint(robot: Element, link: Link, joint: Joint, effort: float, velocity: float) -> None:
+    element = SubElement(robot, "joint", name=joint.name, type="revolute")
+    SubElement(element, "parent", link=str(link.parent))
+    SubElement(element, "child", link=link.name)
+    SubElement(element, "origin", xyz=_texts(link.origin))
+    SubElement(element, "axis", xyz=_AXES[joint.axis])
+    limits = {"lower": joint.lower, "upper": joint.upper, "effort": effort, "velocity": velocity}
+    SubElement(element, "limit", {name: _text(value) for name, value in limits.items()})
+
+
+def _text(value: float) -> str:
+    return repr(float(value))
+
+
+def _texts(values: Iterable[float]) -> str:
+    return " ".join(map(_text, values))
