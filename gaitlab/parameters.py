@@ -57,10 +57,10 @@ def parameters(cls: type, prefix: str = "") -> Iterator[Parameter]:
     hints = get_type_hints(cls)
     for item in dataclasses.fields(cls):
         path, hint = f"{prefix}{item.name}", hints[item.name]
-        if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-            yield from parameters(hint, f"{path}.")
-        elif "unit" in item.metadata:
+        if "unit" in item.metadata:
             yield Parameter(name=path, type=hint, default=item.default, **item.metadata)
+        elif dataclasses.is_dataclass(hint) and isinstance(hint, type):
+            yield from parameters(hint, f"{path}.")
 
 
 def get_path(owner: Any, path: str) -> Any:

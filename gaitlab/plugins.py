@@ -44,12 +44,16 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
 
+def nearest(name: str, known: Iterable[str]) -> str:
+    """`; did you mean ...?` for a misspelt name, empty when nothing is near."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
 def suggestion(name: str, known: Iterable[str]) -> str:
     """The nearest known name and all of them, as the end of a message."""
     names = list(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"{hint} Known: {', '.join(names) if names else 'none'}"
+    return f"{nearest(name, names) or '.'} Known: {', '.join(names) if names else 'none'}"
 
 
 def folders(kind: Kind) -> list[Path]:
@@ -114,16 +118,18 @@ def _refuse_dangerous(kind: Kind, name: str) -> None:
 def _own_file(kind: Kind, name: str, folder: Path) -> Path:
     allowed = SUFFIXES[kind]
     file = (folder / Path(name).expanduser()).resolve()
+    known = suggestion(label(name), names(kind))
+    if file.is_dir():
+        raise UnknownName(f"{name!r} is a directory; give a {allowed[0]} file in it{known}")
     if file.suffix not in allowed:
         raise UnknownName(
-            f"{name!r} cannot be a {kind}: a file of your own ends in {' or '.join(allowed)}, "
-            f"a shipped {kind} is named without a folder{suggestion(label(name), names(kind))}"
+            f"{name!r} names no {kind}: a file of your own ends in {' or '.join(allowed)}, "
+            f"a shipped {kind} is named without a folder{known}"
         )
     if not file.is_file():
-        found = "is a directory" if file.is_dir() else "does not exist"
         raise UnknownName(
-            f"{name!r}: the file {file} {found}; give a {allowed[0]} file relative to {folder}"
-            f"{suggestion(label(name), names(kind))}"
+            f"{name!r}: there is no file {file}; give a {allowed[0]} file relative to {folder}"
+            f"{known}"
         )
     return file
 

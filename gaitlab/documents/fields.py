@@ -28,7 +28,7 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 from gaitlab.documents.nodes import Node, plain
 from gaitlab.errors import FileError, GaitlabError, Problem
 from gaitlab.parameters import Parameter, parameters
-from gaitlab.plugins import suggestion
+from gaitlab.plugins import nearest, suggestion
 
 T = TypeVar("T")
 CONFIG = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
@@ -83,12 +83,12 @@ def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
         node = Node(file=node.file, line=node.line, column=node.column, value={})
     if not isinstance(node.value, Mapping):
         raise FileError([node.problem(_expected_mapping(cls, node))])
-    bare, problems = _without_origins(cls, node.without(*skip), "")
+    bare, problems, wrong = _without_origins(cls, node.without(*skip), "")
     try:
         model = _model(cast(type, cls), False).model_validate(_input(cls, bare))
     except ValidationError as error:
         details = error.errors(include_url=False, include_input=False)
-        problems += [_problem(cls, bare, detail) for detail in details]
+        problems += [_problem(cls, bare, d) for d in details if _path(d) not in wrong]
     if problems:
         raise FileError(sorted(problems, key=lambda p: (str(p.file), p.line or 0, p.column or 0)))
     return checked(node, lambda: cast(T, _instance(cls, model, None)))
@@ -211,18 +211,24 @@ def _default_of(item: dataclasses.Field[Any], owner: Any) -> Any:
     return None if item.default is dataclasses.MISSING else item.default
 
 
-def _without_origins(cls: type, node: Node, prefix: str) -> tuple[Node, list[Problem]]:
-    """Numbers written with unit and source become bare numbers; a wrong unit is a problem."""
-    known, problems, entries = parameter_table(cls), [], {}
+def _without_origins(cls: type, node: Node, prefix: str) -> tuple[Node, list[Problem], list[str]]:
+    """Numbers written with unit and source become bare numbers.
+
+    Those with a wrong unit are left out, their problems and paths given.
+    """
+    problems: list[Problem] = []
+    wrong: list[str] = []
+    entries: dict[str, Node] = {}
     for key, child in node.mapping.items():
-        path = f"{prefix}{key}"
-        if path in known and child.mapping and not _wants_node(known[path].type):
-            entries[key], found = _bare(known[path], child)
-            problems += found
-        elif child.mapping and path not in known:
-            entries[key], found = _without_origins(cls, child, f"{path}.")
-            problems += found
-    return node.replaced(**entries), problems
+        path, item = f"{prefix}{key}", parameter_table(cls).get(f"{prefix}{key}")
+        if child.mapping and item is None:
+            entries[key], found, deeper = _without_origins(cls, child, f"{path}.")
+            problems, wrong = problems + found, wrong + deeper
+        elif child.mapping and item is not None and not _wants_node(item.type):
+            entries[key], found = _bare(item, child)
+            problems, wrong = problems + found, wrong + ([path] if found else [])
+    dropped = [path.removeprefix(prefix) for path in wrong]
+    return node.replaced(**entries).without(*dropped), problems, wrong
 
 
 def _bare(item: Parameter, node: Node) -> tuple[Node, list[Problem]]:
@@ -241,7 +247,7 @@ def _bare(item: Parameter, node: Node) -> tuple[Node, list[Problem]]:
         problems.append(
             unit.problem(f"{item.name} in {unit.found()}; the unit is {item.unit!r}, convert it")
         )
-    return node.mapping.get("value", node), problems if problems else []
+    return node.mapping.get("value", node), problems
 
 
 def _form(item: Parameter) -> str:
@@ -250,7 +256,7 @@ def _form(item: Parameter) -> str:
 
 def _problem(cls: type, root: Node, detail: ErrorDetails) -> Problem:
     """One finding of the validator in our words, at its place in the file."""
-    path = ".".join(part for part in detail["loc"] if isinstance(part, str))
+    path = _path(detail)
     node = _at(root, detail)
     if detail["type"] == "extra_forbidden":
         parent, _, name = path.rpartition(".")
@@ -262,6 +268,10 @@ def _problem(cls: type, root: Node, detail: ErrorDetails) -> Problem:
     if path in parameter_table(cls):
         return node.problem(_wrong_value(parameter_table(cls)[path], node))
     return node.problem(_expected_mapping(cls, node, path))
+
+
+def _path(detail: ErrorDetails) -> str:
+    return ".".join(part for part in detail["loc"] if isinstance(part, str))
 
 
 def _at(root: Node, detail: ErrorDetails) -> Node:
@@ -306,7 +316,7 @@ def _wrong_value(item: Parameter, node: Node) -> str:
     found = f"{item.name}: found {node.found()}{'' if isinstance(node.value, bool) else unit}"
     choice = ""
     if get_origin(item.type) is Literal and isinstance(node.value, str):
-        choice = suggestion(node.value, map(str, get_args(item.type))).split(" Known")[0]
+        choice = nearest(node.value, map(str, get_args(item.type)))
     return f"{found}; allowed is {allowed(item)} ({item.doc}){choice or _slip(item, node.value)}"
 
 

@@ -50,6 +50,11 @@ class Node:
     keys: Mapping[str, Node] = field(default_factory=dict)
 
     @property
+    def folder(self) -> Path:
+        """Folder that a relative file named here starts from; the working one for `--set`."""
+        return Path.cwd() if self.line is None else self.file.parent
+
+    @property
     def mapping(self) -> Mapping[str, Node]:
         """Nodes by key; empty when this is no mapping."""
         return self.value if isinstance(self.value, Mapping) else {}
@@ -182,7 +187,8 @@ def parse(text: str, file: Path, *, placed: bool = True) -> Node:
     try:
         root = YAML(typ="safe", pure=True).compose(text)
     except YAMLError as error:
-        raise FileError([_syntax_problem(error, file, text)]) from error
+        problem = _syntax_problem(error, file, text)
+        raise FileError([problem if placed else _unplaced(problem)]) from error
     except RecursionError as error:
         raise _whole(file, f"is nested too deep; at most {DEEPEST} levels are allowed") from error
     if root is None:
@@ -209,6 +215,10 @@ def _syntax_problem(error: YAMLError, file: Path, text: str) -> Problem:
         advice = "YAML is indented with spaces, never with tabs"
     message = f"not YAML: {error.problem}; {advice}"
     return Problem(file=file, line=mark.line + 1, column=mark.column + 1, message=message)
+
+
+def _unplaced(problem: Problem) -> Problem:
+    return Problem(file=problem.file, line=None, column=None, message=problem.message)
 
 
 class _Reader:

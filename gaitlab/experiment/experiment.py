@@ -5,16 +5,16 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gaitlab.documents import Node, build, dump, plain
-from gaitlab.errors import FileError, Problem, UsageError
+from gaitlab.errors import FileError, Problem, UnknownName, UsageError
 from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
 from gaitlab.experiment.parts import Parts, read_parts
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.experiment.schema import ReportSettings, Sections
-from gaitlab.plugins import PACKAGE, locate, suggestion
+from gaitlab.plugins import PACKAGE, is_file_name, locate, suggestion
 from gaitlab.trial import canonical_json, values
 
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
@@ -74,15 +74,25 @@ def load_experiment(
         FileError: Everything that is wrong in it, with file, line and column.
         UsageError: If a setting or the number of seeds makes no sense.
     """
-    path = locate("experiment", str(name_or_path))
-    tree = read_tree(path)
-    changed = bool(settings) or seeds is not None or "include:" in path.read_text("utf-8-sig")
+    path = _located(str(name_or_path))
+    tree, included = read_tree(path)
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]
     for setting in settings:
         tree = apply_setting(tree, setting)
-    text = _resolved_text(path, tree, settings) if changed else path.read_text("utf-8-sig")
+    as_read = not (included or settings)
+    text = path.read_text("utf-8-sig") if as_read else _resolved_text(path, tree, settings)
     return _experiment(path, tree, text)
+
+
+def _located(name: str) -> Path:
+    if not is_file_name(name):
+        return locate("experiment", name)
+    try:
+        return locate("experiment", name)
+    except UnknownName as error:
+        problem = Problem(file=Path(name), line=None, column=None, message=str(error))
+        raise FileError([problem]) from error
 
 
 def _replicates(seeds: int) -> int:
@@ -100,11 +110,11 @@ def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
 def _experiment(path: Path, tree: Node, text: str) -> Experiment:
     sections = build(Sections, tree, skip=())
     columns = varied_columns(sections)
-    parts = read_parts(sections, first_values(columns), path.parent)
+    parts = read_parts(sections, first_values(columns))
     axes = read_axes(sections, parts, columns)
     seeds = _seeds(sections.seeds)
     name = sections.name or path.stem
-    report = _report(tree, sections.report, axes)
+    report = _report(tree, sections, axes)
     _check_name(tree, name)
     return Experiment(
         name=name,
@@ -157,8 +167,8 @@ def _whole(value: object, low: int, high: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
-def _report(tree: Node, report: ReportSettings, axes: Sequence[Axis]) -> ReportSettings:
-    """Report settings with the rows filled in.
+def _report(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportSettings:
+    """Report settings with title and rows filled in.
 
     Raises:
         FileError: If a path is not varied or no published table has that name.
@@ -166,7 +176,7 @@ def _report(tree: Node, report: ReportSettings, axes: Sequence[Axis]) -> ReportS
     varied = [path for axis in axes for path in axis.paths]
     node = tree.mapping.get("report", tree)
     known = {"rows": ["surface", *varied], "columns": ["surface", *varied], "variants": varied}
-    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*.csv"))
+    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*_table*.csv"))
     problems = [
         problem
         for key, allowed in {**known, "compare": tables}.items()
@@ -174,9 +184,9 @@ def _report(tree: Node, report: ReportSettings, axes: Sequence[Axis]) -> ReportS
     ]
     if problems:
         raise FileError(problems)
+    report = sections.report
     rows = report.rows or next((path for path in varied if path != report.columns), "surface")
-    given = {key: getattr(report, key) for key in ("title", "columns", "variants", "compare")}
-    return ReportSettings(rows=rows, distance_reading=report.distance_reading, **given)
+    return replace(report, rows=rows, title=report.title or sections.title)
 
 
 def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:
@@ -184,11 +194,9 @@ def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:
     if node is None:
         return []
     return [
-        item.problem(
-            f"report: {key}: {item.value!r} is not there{suggestion(str(item.value), allowed)}"
-        )
+        item.problem(f"report.{key}: found {item.found()}{suggestion(str(item.value), allowed)}")
         for item in node.items or (node,)
-        if item.value not in allowed and item.value != ()
+        if item.value not in (*allowed, (), None)
     ]
 
 

@@ -14,7 +14,7 @@ from gaitlab.errors import FileError, Problem, UnknownName, WrongValue
 from gaitlab.experiment.schema import Sections
 from gaitlab.motion import Gait
 from gaitlab.parameters import Parameter, get_path
-from gaitlab.plugins import label, load_class, names, suggestion
+from gaitlab.plugins import is_file_name, label, load_class, locate, names, suggestion
 from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo
 from gaitlab.settings import EngineSettings, Horizon, Spread
@@ -51,7 +51,6 @@ class Parts:
         engine: How the engine integrates.
         horizon: When a trial ends.
         spread: How much replicates differ.
-        folder: Folder of the experiment file, from which relative files start.
     """
 
     robot: Robot
@@ -63,7 +62,6 @@ class Parts:
     engine: EngineSettings
     horizon: Horizon
     spread: Spread
-    folder: Path
 
     def parameter(self, path: str) -> Parameter:
         """What is known of a dotted path.
@@ -106,9 +104,7 @@ class Parts:
             FileError: If it has the wrong type or lies outside the range.
         """
         value: Value = check(dataclasses.replace(self.parameter(path), name=path), node)
-        if path == "servo.type":
-            checked(node, lambda: load_servo(str(value), self.folder))
-        return value
+        return servo_type(node, str(value)) if path == "servo.type" else value
 
     def try_out(self, group: str, changes: Mapping[str, Value]) -> None:
         """Make the part that changes of full dotted paths ask for, and forget it.
@@ -148,7 +144,7 @@ class Parts:
         return tuple(ready[name] for name in wanted)
 
     def _servo(self, name: str, settings: Mapping[str, Value]) -> Servo:
-        return changed(load_servo(name, self.folder), settings)
+        return changed(load_servo(name, Path(self.robot_code.name).parent), settings)
 
 
 def changed(owner: T, changes: Mapping[str, Value]) -> T:
@@ -167,22 +163,21 @@ def changed(owner: T, changes: Mapping[str, Value]) -> T:
     return cast(T, dataclasses.replace(cast(Any, owner), **fresh))
 
 
-def read_parts(sections: Sections, varied: Mapping[str, Node], folder: Path) -> Parts:
+def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     """Parts of an experiment; everything wrong in any of them is reported together.
 
     Args:
         sections: The file's sections.
         varied: First value of every varied path, for parameters that only the grid gives.
-        folder: Folder of the experiment file.
 
     Raises:
         FileError: All mistakes.
     """
     problems: list[Problem] = []
-    robot = _collected(problems, lambda: _plugged("robot", sections.robot, varied, folder))
-    gait = _collected(problems, lambda: _plugged("gait", sections.gait, varied, folder))
-    surfaces = _collected(problems, lambda: read_surfaces(sections, folder))
-    servo = _collected(problems, lambda: read_servo(sections.servo, folder))
+    robot = _collected(problems, lambda: _plugged("robot", sections.robot, varied))
+    gait = _collected(problems, lambda: _plugged("gait", sections.gait, varied))
+    surfaces = _collected(problems, lambda: read_surfaces(sections))
+    servo = _collected(problems, lambda: read_servo(sections.servo))
     if robot is None or gait is None or surfaces is None or servo is None:
         raise FileError(problems)
     parts = Parts(
@@ -195,7 +190,6 @@ def read_parts(sections: Sections, varied: Mapping[str, Node], folder: Path) -> 
         engine=sections.engine,
         horizon=sections.horizon,
         spread=sections.spread,
-        folder=folder,
     )
     checked(sections.servo or sections.robot, lambda: parts.servos({}))
     return parts
@@ -210,11 +204,11 @@ def _collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
 
 
 def _plugged(
-    kind: Literal["gait", "robot"], node: Node, varied: Mapping[str, Node], folder: Path
+    kind: Literal["gait", "robot"], node: Node, varied: Mapping[str, Node]
 ) -> tuple[Any, Plugin]:
     name = _type_of(kind, node)
-    code = checked(name, lambda: plugin(kind, str(name.value), folder))
-    cls = checked(name, lambda: load_class(kind, str(name.value), folder))
+    code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
+    cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
     return build(cls, _completed(cls, kind, node, varied)), code
 
 
@@ -240,7 +234,7 @@ def _completed(cls: type, kind: str, node: Node, varied: Mapping[str, Node]) -> 
     return node.replaced(**{p: n for p, n in lacking.items() if p not in node.mapping})
 
 
-def read_surfaces(sections: Sections, folder: Path) -> dict[str, Surface]:
+def read_surfaces(sections: Sections) -> dict[str, Surface]:
     """Surfaces by label, each with the section `surface` applied.
 
     Raises:
@@ -249,7 +243,7 @@ def read_surfaces(sections: Sections, folder: Path) -> dict[str, Surface]:
     problems: list[Problem] = []
     found: dict[str, Surface] = {}
     for node in _listed(sections.surfaces):
-        surface = _collected(problems, lambda node=node: _surface(node, folder))  # type: ignore[misc]
+        surface = _collected(problems, lambda node=node: _surface(node))  # type: ignore[misc]
         if label(str(node.value)) in found:
             message = f"surfaces: {label(str(node.value))!r} is listed twice; keep one of them"
             problems.append(node.problem(message))
@@ -269,13 +263,13 @@ def _listed(node: Node) -> tuple[Node, ...]:
     return node.items
 
 
-def _surface(node: Node, folder: Path) -> Surface:
+def _surface(node: Node) -> Surface:
     if not isinstance(node.value, str):
         known = ", ".join(names("surface"))
         message = f"surfaces: found {node.found()}; expected a name or a file. Known: {known}"
         raise FileError([node.problem(message)])
     name = node.value
-    return checked(node, lambda: load_surface(name, folder))
+    return checked(node, lambda: load_surface(name, node.folder))
 
 
 def _with_settings(surfaces: dict[str, Surface], node: Node | None) -> dict[str, Surface]:
@@ -306,7 +300,7 @@ def _with_setting(name: str, surface: Surface, key: str, node: Node) -> Surface:
     return checked(node, lambda: changed(surface, {key: value}))
 
 
-def read_servo(node: Node | None, folder: Path) -> dict[str, Value]:
+def read_servo(node: Node | None) -> dict[str, Value]:
     """Settings of the section `servo`, checked.
 
     Raises:
@@ -321,7 +315,7 @@ def read_servo(node: Node | None, folder: Path) -> dict[str, Value]:
     found: dict[str, Value] = {}
     for key, value in node.mapping.items():
         try:
-            found[key] = _servo_setting(key, value, folder)
+            found[key] = _servo_setting(key, value)
         except FileError as error:
             problems += error.problems
         except UnknownName as error:
@@ -331,11 +325,19 @@ def read_servo(node: Node | None, folder: Path) -> dict[str, Value]:
     return found
 
 
-def _servo_setting(key: str, node: Node, folder: Path) -> Value:
+def _servo_setting(key: str, node: Node) -> Value:
     table = {"type": SERVO_TYPE, **parameter_table(Servo)}
     if key not in table:
         raise UnknownName(f"servo: unknown key {key!r}{suggestion(key, table)}")
     value: Value = check(dataclasses.replace(table[key], name=f"servo.{key}"), node)
-    if key == "type":
-        checked(node, lambda: load_servo(str(value), folder))
-    return value
+    return servo_type(node, str(value)) if key == "type" else value
+
+
+def servo_type(node: Node, name: str) -> str:
+    """A servo's name, or the absolute file of a user's own, once it has been read.
+
+    Raises:
+        FileError: If there is none or it is wrong.
+    """
+    checked(node, lambda: load_servo(name, node.folder))
+    return str(locate("servo", name, node.folder)) if is_file_name(name) else name

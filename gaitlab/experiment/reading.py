@@ -11,12 +11,11 @@ from gaitlab.errors import FileError, UsageError
 DEEPEST_INCLUDE = 8  # files
 TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
-LISTS_OF_REPORT = ("compare", "variants")  # keys of `report` that may be a single name
 OWN = ("name", "title", "description")  # keys that a base file does not hand down
 
 
-def read_tree(path: Path) -> Node:
-    """Root mapping of an experiment file on top of the files it includes.
+def read_tree(path: Path) -> tuple[Node, bool]:
+    """Root mapping of an experiment file on top of the files it includes, and if there are any.
 
     Raises:
         FileError: If one of them is wrong or they include each other.
@@ -24,13 +23,14 @@ def read_tree(path: Path) -> Node:
     return _read(path, (path.resolve(),))
 
 
-def _read(path: Path, chain: tuple[Path, ...]) -> Node:
+def _read(path: Path, chain: tuple[Path, ...]) -> tuple[Node, bool]:
     tree = load(path)
     include = tree.mapping.get("include")
     tree = _with_types(tree.without("include"))
     if include is None:
-        return tree
-    return _on_base(_read(*_included(path, include, chain)).without(*OWN), tree)
+        return tree, False
+    base, _ = _read(*_included(path, include, chain))
+    return _on_base(base.without(*OWN), tree), True
 
 
 def _included(path: Path, include: Node, chain: tuple[Path, ...]) -> tuple[Path, tuple[Path, ...]]:
@@ -55,25 +55,17 @@ def _with_types(tree: Node) -> Node:
         node = tree.mapping.get(name)
         if node is not None and isinstance(node.value, str):
             entries[name] = _mapping_at(node).replaced(type=node)
-    return _with_lists(tree.replaced(**entries))
+    return _with_list(tree.replaced(**entries))
 
 
-def _with_lists(tree: Node) -> Node:
-    """`compare: eros_table7` written as `compare: [eros_table7]`."""
-    report = tree.mapping.get("report")
-    if report is None:
+def _with_list(tree: Node) -> Node:
+    """`variants: gait.heel_strike` written as `variants: [gait.heel_strike]`."""
+    report = tree.mapping.get("report", tree)
+    node = report.mapping.get("variants")
+    if report is tree or node is None or not isinstance(node.value, str):
         return tree
-    single = {
-        key: node
-        for key, node in report.mapping.items()
-        if key in LISTS_OF_REPORT and isinstance(node.value, str)
-    }
-    listed = {key: _at(node, (node,)) for key, node in single.items()}
-    return tree.replaced(report=report.replaced(**listed)) if listed else tree
-
-
-def _at(node: Node, value: tuple[Node, ...]) -> Node:
-    return Node(file=node.file, line=node.line, column=node.column, value=value)
+    listed = Node(file=node.file, line=node.line, column=node.column, value=(node,))
+    return tree.replaced(report=report.replaced(variants=listed))
 
 
 def _mapping_at(node: Node) -> Node:

@@ -29,8 +29,8 @@ class ReportSettings:
     variants: tuple[str, ...] = parameter(
         (), unit="-", doc="dotted paths of which every combination gets a table of its own"
     )
-    compare: tuple[str, ...] = parameter(
-        (), unit="-", doc="published tables to print beside: one for all variants or one for each"
+    compare: str | None = parameter(
+        None, unit="-", doc="published table to print beside, eros_table7 for instance"
     )
     distance_reading: Literal["foot_travel", "cm", "mm"] = parameter(
         "foot_travel",
