@@ -235,7 +235,7 @@ class TrialLog:
         walked = self.displacement[self.walking, 0]
         return float(walked[-1]) if len(walked) else nan
 
-    @property
+    @cached_property
     def work(self) -> float:
         """Positive mechanical work of all servos over the walk, in [J]; NaN if none."""
         power = (self.joint_table("torque") * self.joint_table("velocity"))[self.walking]

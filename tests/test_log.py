@@ -111,6 +111,14 @@ def test_an_unfinished_cycle_is_none():
     assert len(walk(cycles=4.9).cycles) == 4
 
 
+def test_a_cycle_may_lack_its_last_row():
+    row = HEADER.dt / HEADER.gait_period
+    log = walk(cycles=5.0 - row)
+    assert len(log) == len(walk(cycles=5.0)) - 1
+    assert log.cycles[-1] == slice(log.cycles[-2].stop, len(log))
+    assert len(walk(cycles=5.0 - 2.0 * row).cycles) == 4
+
+
 def test_a_period_that_is_no_multiple_of_the_time_step_loses_no_rows():
     log = walk(header(gait_period=0.777), cycles=20.0)
     assert len(log.cycles) == 20
@@ -147,6 +155,17 @@ def test_swings_are_the_rows_without_load():
 def test_a_swing_that_is_cut_off_does_not_count():
     # Six cycles: the left foot is in the air at the end, the right one swings in mid-cycle.
     assert [len(swings) for swings in walk().swings] == [5, 6]
+
+
+def test_a_foot_that_starts_in_the_air_has_not_lifted():
+    def force(walked):
+        return np.where(walked % 0.8 > 0.3, 10.0, 0.0)
+
+    log = walk(left_foot_normal_force=force, cycles=3.0)
+    period = log.cycles[0].stop - log.cycles[0].start
+    first = log.walking.start
+    later = [first + period, first + 2 * period]
+    assert [swing.start for swing in log.swings[0]] == pytest.approx(later, abs=1)
 
 
 def test_brushed_blades_do_not_end_a_swing():

@@ -169,6 +169,13 @@ def test_a_bootstrap_needs_cells_and_seeds(interval, surfaces):
         interval(surfaces)
 
 
+def test_mean_share_interval_of_many_seeds_is_the_normal_one():
+    low, high = mean_share_interval([[Count(500, 1000)]])
+    spread = 1.96 * np.sqrt(0.25 / 1000)
+    # The ends of 10 000 resamples lie within a twentieth of the spread.
+    assert (0.5 - low, high - 0.5) == pytest.approx((spread, spread), rel=0.05)
+
+
 def test_efficiency_interval_of_one_cell_is_all_or_nothing():
     assert efficiency_interval([[Count(5, 10)]]) == (0.0, 100.0)
 

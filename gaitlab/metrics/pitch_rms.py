@@ -22,5 +22,6 @@ def pitch_rms(log: TrialLog) -> float:
         return nan
     pitch = log["pitch"][cycles[0].start : cycles[-1].stop]
     rows = np.arange(len(pitch)) - (len(pitch) - 1) / 2.0
-    slope = rows @ pitch / max(rows @ rows, 0.5)  # 0.5 is two rows; one row has no trend
+    # 0.5 is two rows, one has no trend. Summed by numpy: BLAS may order a dot product as it likes.
+    slope = np.sum(rows * pitch) / max(np.sum(rows**2), 0.5)
     return float(np.std(pitch - slope * rows))
