@@ -1,1 +1,42 @@
-"""report"""
+"""Reports: what experiments found, as a page of Markdown with figures beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gaitlab.errors import UsageError
+from gaitlab.experiment import Experiment
+from gaitlab.report.gather import gather
+from gaitlab.report.page import write_page
+from gaitlab.report.sources import sources
+from gaitlab.store import Store
+
+__all__ = ["write_report"]
+
+REPORTS = Path("reports")
+
+
+def write_report(
+    experiments: Sequence[Experiment], store: Store, output: Path | None = None
+) -> Path:
+    """Write the report of one or several experiments; the same store gives the same bytes.
+
+    Args:
+        experiments: What was asked. Several share one page, each adding its variants.
+        store: Where the trials are.
+        output: Folder of the page and its figures; by default `reports/<names>`.
+
+    Returns:
+        The page.
+
+    Raises:
+        UsageError: If there is no experiment, none of its trials was run, or the experiments
+            cannot share a page.
+        UnknownName: If `report.compare` is no published table.
+    """
+    if not experiments:
+        raise UsageError("a report needs at least one experiment; `gaitlab list experiments`")
+    results = gather(experiments, store)
+    folder = output or REPORTS / "+".join(experiment.name for experiment in experiments)
+    return write_page(results, sources(experiments, store, results), folder)

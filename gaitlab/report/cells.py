@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.reference import STEP_LENGTH_OF_ONE, Place, place_of, published
-from gaitlab.report.results import Results
+from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import cell_text, column_text, letter, path_text, share
@@ -100,7 +100,7 @@ def _direction_block(
 def _row_title(results: Results) -> str:
     if _has_distances(results):
         return "printed distance (step length)"
-    return escape(path_text(results.rows))
+    return "" if results.rows == ONE_ROW else escape(path_text(results.rows))
 
 
 def _column_titles(results: Results) -> list[str]:

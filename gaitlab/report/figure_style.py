@@ -28,7 +28,7 @@ TEXT_WIDTH = 8.0  # in, the width of a page of a code-hosting site at SCREEN_DPI
 SCREEN_DPI = 150  # 1/in, sharp on a screen of double density
 
 # Lightness falls evenly from none to all, so the order survives a grey printer.
-SHARE = LinearSegmentedColormap.from_list("share", ["#FFFFFF", "#BFD9EC", "#5E9FCC", "#08467A"])
+SHARE = LinearSegmentedColormap.from_list("share", ["#EFF4F8", "#BFD9EC", "#5E9FCC", "#08467A"])
 
 _RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
     "font.family": "DejaVu Sans",  # ships with matplotlib: the same letters on every machine

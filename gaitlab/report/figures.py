@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from gaitlab.report.figure_style import CYCLE, FAINT, HATCHES, INK, PAPER, SHARE, new_figure, style
-from gaitlab.report.results import Results
+from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import column_text, letter, path_text
@@ -38,13 +38,16 @@ def share_map(results: Results, paper: Mapping[tuple[str, Value, Value], bool]) 
         for axis in axes[len(results.variants) :]:
             axis.set_visible(False)
         for axis in axes[::across]:
-            axis.set_ylabel(path_text(results.rows) + unit_suffix(results.rows))
+            axis.set_ylabel(row_axis(results))
     return figure
 
 
-def unit_suffix(path: str) -> str:
-    """Unit of the few paths that tables are drawn over, with a space before it."""
-    return " [m]" if path.endswith(("_length", "_height", "_width", "_sway")) else ""
+def row_axis(results: Results) -> str:
+    """Label of the axis of the rows, lengths with their unit."""
+    if results.rows == ONE_ROW:
+        return ""
+    metres = results.rows.endswith(("_length", "_height", "_width", "_sway"))
+    return path_text(results.rows) + (" [m]" if metres else "")
 
 
 def _share_panel(

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from gaitlab.log import TrialLog
 from gaitlab.report.figure_style import BLUE, FAINT, INK, ORANGE, VERMILLION, new_figure, style
-from gaitlab.report.results import Results
+from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import truth
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import column_text, path_text
@@ -94,11 +94,11 @@ def pitch_figure(panels: Sequence[PitchPanel]) -> Figure:
     with style():
         figure = new_figure(height=0.6 + 1.9 * len(panels))
         axes = figure.subplots(len(panels), 1, sharex=True, sharey=True, squeeze=False).ravel()
-        for axis, panel in zip(axes, panels, strict=True):
-            _draw_panel(axis, panel)
-        axes[-1].set_xlabel("time since walking at full amplitude [s]")
         limit = _limit(panels)
+        for axis, panel in zip(axes, panels, strict=True):
+            _draw_panel(axis, panel, limit)
         axes[-1].set_ylim(-limit, limit)
+        axes[-1].set_xlabel("time since walking at full amplitude [s]")
         axes[-1].set_xlim(
             -0.2, max(_time(log)[-1] for panel in panels for log in _logs(panel)) + 0.3
         )
@@ -118,13 +118,13 @@ def _limit(panels: Sequence[PitchPanel]) -> float:
     return float(np.clip(1.15 * np.degrees(largest), SMALLEST_SHOWN, LARGEST_SHOWN))
 
 
-def _draw_panel(axis: Axes, panel: PitchPanel) -> None:
+def _draw_panel(axis: Axes, panel: PitchPanel, limit: float) -> None:
     _shade_steps(axis, panel.shown)
     for log in panel.others:
         axis.plot(_time(log), np.degrees(log["pitch"]), color=FAINT, linewidth=0.5)
-        _mark_fall(axis, log, size=4.0)
+        _mark_fall(axis, log, size=4.0, limit=limit)
     axis.plot(_time(panel.shown), np.degrees(panel.shown["pitch"]), color=BLUE, linewidth=1.2)
-    _mark_fall(axis, panel.shown, size=9.0)
+    _mark_fall(axis, panel.shown, size=9.0, limit=limit)
     _amplitude_lines(axis, panel)
     axis.set_title(panel.title)
     axis.set_ylabel("pitch [°]")
@@ -140,11 +140,11 @@ def _shade_steps(axis: Axes, log: TrialLog) -> None:
             axis.axvspan(time[start], time[end - 1], color="#F1F1F1", linewidth=0.0, zorder=-2)
 
 
-def _mark_fall(axis: Axes, log: TrialLog, size: float) -> None:
+def _mark_fall(axis: Axes, log: TrialLog, size: float, limit: float) -> None:
     if log.fall_index is None:
         return
     at = (_time(log)[log.fall_index], np.degrees(log["pitch"][log.fall_index]))
-    inside = float(np.clip(at[1], -LARGEST_SHOWN, LARGEST_SHOWN))
+    inside = float(np.clip(at[1], -0.9 * limit, 0.9 * limit))
     axis.plot(at[0], inside, "x", color=VERMILLION, markersize=size, markeredgewidth=size / 4.0)
     if size > 5.0:
         axis.annotate("fall", (at[0], inside), (6, 0), textcoords="offset points", color=VERMILLION)
@@ -172,9 +172,9 @@ def _amplitude_lines(axis: Axes, panel: PitchPanel) -> None:
 
 def pitch_caption(results: Results, row: Value, column: Value) -> str:
     """What the figure shows and how its cell and seed were chosen."""
+    row_text = "" if results.rows == ONE_ROW else f", {path_text(results.rows)} {value_text(row)}"
     return (
-        f"Trunk pitch, positive leans forward, on {column_text(results, column)} with "
-        f"{path_text(results.rows)} {value_text(row)}: the cell in which the variants' stable "
+        f"Trunk pitch, positive leans forward; {column_text(results, column)}{row_text}: the cell in which the variants' stable "
         "shares differ most (the first of equals). The thick line is the seed of median distance "
         "in its cell, thin lines are the other seeds; dashed lines are the median pitch of the "
         "walk ± the seed's pitch amplitude, bands are every second footstep, a cross is a fall."

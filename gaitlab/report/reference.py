@@ -29,6 +29,7 @@ STEP_LENGTH_OF_ONE: Mapping[DistanceReading, float] = {
     "mm": 0.001,
 }
 TABLES = {"eros_table7": "without", "eros_table8": "with"}
+OPTIMISATION = ("gait.heel_strike", "gait.landing_deceleration")  # its two halves
 
 
 class Place(NamedTuple):
@@ -132,3 +133,11 @@ def place_of(step_length: float, surface: str, reading: DistanceReading) -> Plac
     if abs(printed - distance) > 1e-6:
         return None
     return Place("backward" if step_length < 0 else "forward", distance, surface)
+
+
+def table_of_optimisation(values: Mapping[str, object]) -> str | None:
+    """Table that a gait answers to: with both halves of the optimisation, without, or neither."""
+    halves = [values.get(path, "none") != "none" for path in OPTIMISATION]
+    if any(halves) != all(halves):
+        return None
+    return next(name for name, kind in TABLES.items() if (kind == "with") == all(halves))

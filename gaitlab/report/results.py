@@ -13,6 +13,8 @@ from gaitlab.report.reference import DistanceReading
 from gaitlab.report.scores import EMPTY, Cell, cell_of
 from gaitlab.report.variants import Value, Variant
 
+ONE_ROW = "all"  # column of a table whose rows are not asked for
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Results:

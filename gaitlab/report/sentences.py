@@ -115,6 +115,6 @@ def _assumptions(assumed: int) -> str:
     if not assumed:
         return ""
     return (
-        f"{plural(assumed, 'parameter')} of robot, gait, servos and ground rest on an assumption or "
-        "a reconstruction (marked in the tables at the end); the numbers hold for those values only."
+        f"{plural(assumed, 'parameter')} of robot, gait, servos and ground rest on an assumption "
+        "or a reconstruction (bold in the tables at the end); the numbers hold for those values."
     )

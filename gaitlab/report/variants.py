@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
 
 PLAIN = "plain"
 Value = float | int | bool | str
-OFF: tuple[Value, ...] = ("none", False)  # values by which a parameter says that it does nothing
-
-# The two halves of the optimisation of the EROS paper: its Table 7 has neither, its Table 8 both.
-OPTIMISATION = ("gait.heel_strike", "gait.landing_deceleration")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,9 +38,14 @@ def label_of(values: Mapping[str, Value], shared: Sequence[str] = ()) -> str:
 
 def _part(path: str, value: Value, bare: bool) -> str:
     name = path.rpartition(".")[2].replace("_", " ")
-    if value in OFF:
+    if is_off(value):
         return ""
     return name if bare or value is True else f"{name} {value_text(value)}"
+
+
+def is_off(value: object) -> bool:
+    """Whether a parameter says that it does nothing; a length of 0 is a length."""
+    return value is False or value is None or (isinstance(value, str) and value == "none")
 
 
 def value_text(value: object) -> str:
@@ -71,20 +72,5 @@ def find_variants(trials: pd.DataFrame, paths: Sequence[str]) -> tuple[list[Vari
 
 def _switched_only(values: pd.Series) -> bool:
     """Whether a parameter is either off or at one value."""
-    kinds = list(values.unique())
-    return any(v in OFF for v in kinds) and len([v for v in kinds if v not in OFF]) == 1
-
-
-def with_compare(variant: Variant, compare: str | None, variants: int) -> Variant:
-    """The variant with the printed table that it answers to.
-
-    An experiment of one variant is set beside the table it names. Among several, those without
-    either half of the optimisation answer to Table 7, those with both to Table 8, others to none.
-    """
-    if compare is None or variants == 1:
-        return replace(variant, compare=compare)
-    halves = [variant.values.get(path, "none") not in OFF for path in OPTIMISATION]
-    table = (
-        None if any(halves) != all(halves) else ("eros_table8" if all(halves) else "eros_table7")
-    )
-    return replace(variant, compare=table)
+    kinds = set(values.to_numpy(object))
+    return any(is_off(v) for v in kinds) and sum(not is_off(v) for v in kinds) == 1

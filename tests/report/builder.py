@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from gaitlab.log import LogHeader, TrialLog, columns
 from gaitlab.report.results import Results
-from gaitlab.report.variants import find_variants, with_compare
+from gaitlab.report.variants import PLAIN, Variant, find_variants
 
 SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 STEPS = (0.0, 0.04, 0.08, -0.04)
@@ -100,11 +101,17 @@ def toy_log(name: str) -> TrialLog:
     return walk_log(amplitude=0.3 if heel == "none" else 0.1, fall_at=fall_at, seed=int(seed))
 
 
+def _table(variant: Variant, compare: bool) -> str | None:
+    if not compare:
+        return None
+    return "eros_table7" if variant.label == PLAIN else "eros_table8"
+
+
 def results_of(
     trials: Sequence[dict[str, object]],
     *,
     paths: Sequence[str] = ("gait.heel_strike", "gait.landing_deceleration"),
-    compare: str | None = "eros_table7",
+    compare: bool = True,
     rows: str = "gait.step_length",
     columns: str = "surface",
     log: Callable[[str], TrialLog] = toy_log,
@@ -117,7 +124,7 @@ def results_of(
         question="A question.",
         rows=rows,
         columns=columns,
-        variants=tuple(with_compare(variant, compare, len(variants)) for variant in variants),
+        variants=tuple(replace(v, compare=_table(v, compare)) for v in variants),
         reading="foot_travel",
         trials=frame.assign(variant=labels),
         log=log,

@@ -1,0 +1,168 @@
+"""From experiments and a store to the table that a report is computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import pandas as pd
+
+from gaitlab.errors import UsageError
+from gaitlab.experiment import Experiment
+from gaitlab.plan import plan
+from gaitlab.report.reference import published, table_of_optimisation
+from gaitlab.report.results import ONE_ROW, Results
+from gaitlab.report.variants import Value, Variant, find_variants, free_paths
+from gaitlab.store import Store
+from gaitlab.trial import Trial, values
+
+MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
+OUTCOMES = ("stable", "stable_strict", "fell", "fall_direction", "fall_phase", "time_to_fall")
+NEEDED = ("reason", "distance", *OUTCOMES)  # columns that a store without a done trial lacks
+
+
+def gather(experiments: Sequence[Experiment], store: Store) -> Results:
+    """Every planned trial of the experiments with its outcome.
+
+    Raises:
+        UsageError: If nothing was run yet, or the experiments cannot share a table.
+        UnknownName: If `report.compare` is no published table.
+    """
+    first = experiments[0]
+    rows, columns = first.report.rows, first.report.columns
+    _require_one_layout(experiments)
+    planned = _planned(experiments, rows, columns)
+    trials = _with_outcomes(planned, store, [experiment.name for experiment in experiments])
+    if rows == columns:
+        rows, trials[ONE_ROW] = ONE_ROW, "all"
+    chosen = [path for e in experiments for path in e.report.variants]
+    paths = free_paths(trials, chosen or list(_candidates(planned)), [rows, columns])
+    variants, labels = find_variants(trials, paths)
+    trials["variant"] = labels
+    return Results(
+        title=first.report.title or first.title or first.name,
+        question=" ".join(e.description for e in experiments if e.description),
+        rows=rows,
+        columns=columns,
+        variants=tuple(_compared(experiments, trials, variants)),
+        reading=first.report.distance_reading,
+        trials=trials,
+        log=store.log,
+    )
+
+
+def _require_one_layout(experiments: Sequence[Experiment]) -> None:
+    first = experiments[0].report
+    for other in experiments[1:]:
+        for key in ("rows", "columns", "distance_reading"):
+            here, there = getattr(first, key), getattr(other.report, key)
+            if here != there:
+                raise UsageError(
+                    f"{experiments[0].name} has report.{key} {here!r} and {other.name} {there!r}; "
+                    "experiments share a report when these agree, else report them one by one"
+                )
+
+
+def _planned(experiments: Sequence[Experiment], rows: str, columns: str) -> pd.DataFrame:
+    """One row a planned trial with every value that the experiments do not share."""
+    for experiment in experiments:
+        if plan(experiment).size > MOST_TRIALS:
+            raise UsageError(
+                f"{experiment.name} plans {plan(experiment).size} trials; a report shows at most "
+                f"{MOST_TRIALS}; split the grid"
+            )
+    bases = [_base(experiment) for experiment in experiments]
+    paths = dict.fromkeys((rows, columns, *_unshared(experiments, bases)))
+    frame = pd.DataFrame(
+        row
+        for experiment, base in zip(experiments, bases, strict=True)
+        for row in _rows(experiment, base, list(paths))
+    )
+    return frame.drop_duplicates(["trial_id", "surface"], ignore_index=True)
+
+
+def _rows(
+    experiment: Experiment, base: Mapping[str, Value], paths: Sequence[str]
+) -> Iterator[dict[str, object]]:
+    for item in plan(experiment).trials():
+        named = {"trial_id": item.trial.id, "experiment": experiment.name, "seed": item.trial.seed}
+        known = {**base, **item.values}
+        yield {**named, "surface": item.values["surface"], **{p: known.get(p) for p in paths}}
+
+
+def base_trial(experiment: Experiment) -> Trial:
+    """First trial of the plan, which stands for what is not varied."""
+    return next(plan(experiment).trials()).trial
+
+
+def _base(experiment: Experiment) -> dict[str, Value]:
+    """Values that an experiment does not vary, by dotted path."""
+    trial = base_trial(experiment)
+    parts = {"robot": trial.robot, "gait": trial.gait, "surface": trial.surface}
+    settings = {"engine": trial.engine, "horizon": trial.horizon, "spread": trial.spread}
+    known: dict[str, Value] = {"robot": trial.names.robot, "gait": trial.names.gait}
+    for group, owner in {**parts, **settings}.items():
+        for path, value in values(owner).items():
+            if isinstance(value, (bool, int, float, str)):
+                known[f"{group}.{path}"] = value
+    return known
+
+
+def _unshared(
+    experiments: Sequence[Experiment], bases: Sequence[Mapping[str, Value]]
+) -> Iterator[str]:
+    """Paths that any experiment varies, and those in which their bases differ."""
+    for experiment in experiments:
+        yield from experiment.varied
+    for path in dict.fromkeys(path for base in bases for path in base):
+        differs = len({repr(base.get(path)) for base in bases}) > 1
+        if differs and not path.startswith("surface."):
+            yield path
+
+
+def _candidates(planned: pd.DataFrame) -> Iterator[str]:
+    fixed = ("trial_id", "experiment", "seed", "surface")
+    return (str(name) for name in planned.columns if name not in fixed)
+
+
+def _with_outcomes(planned: pd.DataFrame, store: Store, names: Sequence[str]) -> pd.DataFrame:
+    """The plan with state and metrics of every trial in the store, whoever asked for it there."""
+    stored = store.table().drop_duplicates("trial_id")
+    known = [name for name in stored.columns if name == "trial_id" or name not in planned.columns]
+    trials = planned.merge(stored[known], on="trial_id", how="left", validate="many_to_one")
+    if trials["state"].isna().all():
+        raise UsageError(
+            f"the store {store.path} holds no trial of {' and '.join(names)}; run "
+            f"`gaitlab run {names[0]}` first"
+        )
+    trials["state"] = trials["state"].fillna("MISSING")
+    missing = [name for name in NEEDED if name not in trials.columns]
+    return trials.assign(**dict.fromkeys(missing))
+
+
+def _compared(
+    experiments: Sequence[Experiment], trials: pd.DataFrame, variants: Sequence[Variant]
+) -> Iterator[Variant]:
+    """The variants with the printed table that their experiment sets them beside."""
+    tables: dict[str, str | None] = {}
+    for experiment in experiments:
+        labels = set(trials[trials["experiment"] == experiment.name]["variant"])
+        own = [variant for variant in variants if variant.label in labels]
+        tables.update(_tables(experiment, own))
+    return (replace(variant, compare=tables.get(variant.label)) for variant in variants)
+
+
+def _tables(experiment: Experiment, variants: Sequence[Variant]) -> dict[str, str | None]:
+    """Printed table of each variant of an experiment.
+
+    A single variant is set beside the table that the file names. Of several, those without either
+    half of the optimisation answer to Table 7, those with both to Table 8, the others to none.
+    """
+    name = experiment.report.compare
+    if name is None:
+        return {}
+    published(name)
+    if len(variants) == 1:
+        return {variants[0].label: name}
+    base = _base(experiment)
+    return {v.label: table_of_optimisation({**base, **v.values}) for v in variants}

@@ -1,0 +1,97 @@
+"""Where the results of a report come from: experiments, stored records and parameters."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Sequence
+
+import pandas as pd
+
+from gaitlab.experiment import Experiment
+from gaitlab.report.gather import base_trial
+from gaitlab.report.markdown import code, escape
+from gaitlab.report.page import Sources
+from gaitlab.report.provenance import Part, common_values, seeds_text
+from gaitlab.report.results import Results
+from gaitlab.report.words import plural, surface_text
+from gaitlab.store import Store
+from gaitlab.trial import PHYSICS_VERSION, Trial
+
+PROVENANCE = ("gaitlab_version", "pybullet_version", "numpy_version", "python_version", "platform")
+MACHINE = ("git_commit", "host")
+
+
+def sources(experiments: Sequence[Experiment], store: Store, results: Results) -> Sources:
+    """Digests, versions, seeds and parameters of everything that took part."""
+    return Sources(
+        facts=_facts(experiments, results),
+        parts=list(_parts(experiments, results)),
+        command=_command(experiments, store),
+    )
+
+
+def _command(experiments: Sequence[Experiment], store: Store) -> str:
+    """The shell lines that run what is missing and write the page."""
+    names = [shlex.quote(_called(experiment)) for experiment in experiments]
+    at = f" --store {shlex.quote(str(store.path))}"
+    runs = [f"gaitlab run {name}{at}" for name in names]
+    return "\n".join([*runs, f"gaitlab report {' '.join(names)}{at}"])
+
+
+def _called(experiment: Experiment) -> str:
+    """Its name if a file of that name is found by it, else the file."""
+    by_name = (
+        experiment.path.stem == experiment.name and experiment.path.parent.name == "experiments"
+    )
+    return experiment.name if by_name else str(experiment.path)
+
+
+def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str]:
+    digests = {f"experiment {e.name}": f"digest {code(e.digest[:16])}" for e in experiments}
+    states = results.trials["state"].value_counts()
+    order = ("DONE", "INFEASIBLE", "FAILED", "MISSING")
+    counts = [f"{int(states[name])} {name.lower()}" for name in order if name in states.index]
+    return {
+        **digests,
+        "trials": f"{plural(len(results.trials), 'trial')} planned: {', '.join(counts)}",
+        "seeds": seeds_text(int(seed) for seed in results.trials["seed"]),
+        "physics version": str(PHYSICS_VERSION),
+        **{escape(k).replace("_", " "): v for k, v in common_values(_records(results)).items()},
+    }
+
+
+def _records(results: Results) -> Iterator[dict[str, object]]:
+    """What the store knows of the runs, one mapping a trial that ran."""
+    ran = results.trials[results.trials["state"] != "MISSING"]
+    names = [name for name in (*PROVENANCE, *MACHINE) if name in ran.columns]
+    for row in ran[names].to_dict("records"):
+        yield {str(name): value for name, value in row.items() if not pd.isna(value)}
+
+
+def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part]:
+    """Gait, robot, servos, grounds and settings of the first experiment, each once."""
+    trial = base_trial(experiments[0])
+    varied = frozenset(_varied(experiments, results))
+    yield Part(title=f"gait {trial.names.gait}", path="gait", value=trial.gait, varied=varied)
+    yield Part(title=f"robot {trial.names.robot}", path="robot", value=trial.robot, varied=varied)
+    for name, servo in _servos(trial).items():
+        yield Part(title=f"servo {name}", path="servo", value=servo, varied=varied)
+    for name, surface in experiments[0].parts.surfaces.items():
+        title = f"ground {surface_text(name)}"
+        yield Part(title=title, path="surface", value=surface, varied=varied)
+    for path in ("horizon", "spread", "engine"):
+        yield Part(title=path, path=path, value=getattr(trial, path), varied=varied)
+
+
+def _varied(experiments: Sequence[Experiment], results: Results) -> Iterator[str]:
+    """Paths that differ among the trials of the page."""
+    for experiment in experiments:
+        yield from experiment.varied
+    for variant in results.variants:
+        yield from variant.values
+
+
+def _servos(trial: Trial) -> dict[str, object]:
+    """Servo types by name, each once."""
+    names = [joint.servo for joint in trial.robot.tree.joints]
+    return dict(zip(names, trial.servos, strict=True))
