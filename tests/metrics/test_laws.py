@@ -182,3 +182,9 @@ def test_mirroring_twice_gives_the_log_back():
     log = busy()
     again = mirrored(mirrored(log))
     assert all(np.array_equal(again[n], log[n], equal_nan=n == "gait_phase") for n in log.arrays)
+
+
+def test_a_simulation_that_blew_up_is_measured_without_a_warning():
+    found = measure(LOGS["a simulation that blew up"])
+    assert isnan(found["peak_torque"])
+    assert isnan(found["heading_drift"])
