@@ -105,7 +105,7 @@ def test_dead_workers_cost_their_own_trials_and_say_how_they_died(tmp_path: Path
 
 
 def test_a_hanging_trial_is_stopped_and_the_next_one_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.executors.START_TIME", 3.0)
+    monkeypatch.setattr("gaitlab.executors.child.START_TIME", 3.0)
     found = outcomes(Processes(behave, 1), "hang", "work", timeout=0.2)
     assert "time-out" in found["hang"].reason
     assert found["work"].record is not None

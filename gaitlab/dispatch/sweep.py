@@ -1,4 +1,4 @@
-"""From an experiment to a full store: run what is missing, keep what is there, stop cleanly."""
+"""One run of one experiment: what is missing is run, what ends is kept, signals stop it cleanly."""
 
 from __future__ import annotations
 
@@ -6,121 +6,23 @@ import signal
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from types import FrameType
-from typing import Literal, Protocol, TypeAlias
 
+from gaitlab.dispatch.outlook import Standing, standings
+from gaitlab.dispatch.summary import Progress, Silent, Summary
 from gaitlab.errors import StoreError, UnknownName
-from gaitlab.executors import Executor, Job, Outcome, Processes, Serial
+from gaitlab.executors import Executor, Job, Outcome, Processes, Serial, simulated
 from gaitlab.experiment import Experiment
 from gaitlab.plan import Plan, plan
 from gaitlab.provenance import provenance
 from gaitlab.store import Scalar, Store, TrialRecord
-from gaitlab.worker import simulated
 
 TIMEOUT = 120.0  # s any trial may take
-TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, about a hundred times the usual
-
-Standing: TypeAlias = Literal["cached", "failed before", "damaged", "new"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Summary:
-    """Counts of one `run`, each trial counted once.
-
-    Attributes:
-        planned: Trials that the experiment wants.
-        cached: Done or infeasible before this run.
-        done: Simulated by this run, falls among them.
-        infeasible: Found infeasible by this run.
-        failed: Failed, in this run or before it without being run again.
-        falls: Trials of the experiment in which the robot fell, cached ones included.
-        seconds: Wall time of this run, in [s].
-        interrupted: Stopped by Ctrl-C or SIGTERM; the rest is still to be done.
-    """
-
-    planned: int = 0
-    cached: int = 0
-    done: int = 0
-    infeasible: int = 0
-    failed: int = 0
-    falls: int = 0
-    seconds: float = 0.0
-    interrupted: bool = False
-
-    @property
-    def left(self) -> int:
-        """Trials still to be done."""
-        return self.planned - self.cached - self.done - self.infeasible - self.failed
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outlook:
-    """What `run` would do.
-
-    Attributes:
-        standings: For each cell of the plan, how many of its trials stand how.
-        values: Varied parameters of each cell by dotted path.
-        trial_seconds: Simulated time of one trial at most, in [s].
-    """
-
-    standings: Sequence[Mapping[Standing, int]]
-    values: Sequence[Mapping[str, object]]
-    trial_seconds: float
-
-    def count(self, standing: Standing) -> int:
-        """Trials that stand so, over all cells."""
-        return sum(cell.get(standing, 0) for cell in self.standings)
-
-
-class Progress(Protocol):
-    """What is told while trials run."""
-
-    def start(self, summary: Summary) -> None:
-        """The work is known; nothing has run."""
-
-    def update(self, summary: Summary) -> None:
-        """A trial has ended."""
-
-    def message(self, text: str) -> None:
-        """Something the user should know now."""
-
-    def finish(self, summary: Summary) -> None:
-        """Nothing runs any more."""
-
-
-class Silent:
-    """Tells nothing."""
-
-    def start(self, summary: Summary) -> None:
-        """Nothing."""
-
-    def update(self, summary: Summary) -> None:
-        """Nothing."""
-
-    def message(self, text: str) -> None:
-        """Nothing."""
-
-    def finish(self, summary: Summary) -> None:
-        """Nothing."""
-
-
-def outlook(experiment: Experiment, store: Store) -> Outlook:
-    """How every cell of an experiment stands, without running or writing anything."""
-    planned, standing = plan(experiment), _standing(store)
-    cells: dict[int, Counter[Standing]] = {}
-    values: dict[int, Mapping[str, object]] = {}
-    for item in planned.trials():
-        cells.setdefault(item.cell_index, Counter())[standing(item.trial.id)] += 1
-        values.setdefault(item.cell_index, item.values)
-    return Outlook(
-        standings=[cells[index] for index in sorted(cells)],
-        values=[values[index] for index in sorted(values)],
-        trial_seconds=planned.seconds,
-    )
+TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
 
 
 def dispatch(
@@ -180,7 +82,7 @@ class _Sweep:
         """Register the plan, count what is there, give the ids of the trials that are due."""
         entries = self.store.compact().entries
         wanted = self.store.register(self.experiment, planned.trials()).trials
-        standing = _standing(self.store)
+        standing = standings(self.store)
         stands = {trial.trial_id: standing(trial.trial_id) for trial in wanted}
         counts = Counter(stands.values())
         self.summary = Summary(
@@ -235,23 +137,6 @@ def _jobs(planned: Plan, todo: set[str]) -> Iterator[Job]:
         if item.trial.id in todo:
             todo.discard(item.trial.id)
             yield Job(trial_id=item.trial.id, trial=item.trial.to_dict(), timeout=timeout)
-
-
-def _standing(store: Store) -> Callable[[str], Standing]:
-    """How a trial stands in the store as it is now, by its id."""
-    index = store.index()
-    unreadable = {error.path.stem: error for error in index.unreadable}
-
-    def standing(trial_id: str) -> Standing:
-        entry = index.entries.get(trial_id)
-        if entry is not None:
-            return "failed before" if entry.state == "FAILED" else "cached"
-        error = unreadable.get(trial_id)
-        if error is not None and error.kind == "newer":
-            raise StoreError(str(error)) from error
-        return "new" if error is None else "damaged"
-
-    return standing
 
 
 def _settle(store: Store, outcome: Outcome) -> TrialRecord:

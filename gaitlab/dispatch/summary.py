@@ -1,0 +1,68 @@
+"""What a run counts, and who is told while it counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """Counts of one `run`, each trial counted once.
+
+    Attributes:
+        planned: Trials that the experiment wants.
+        cached: Done or infeasible before this run.
+        done: Simulated by this run, falls among them.
+        infeasible: Found infeasible by this run.
+        failed: Failed, in this run or before it without being run again.
+        falls: Trials of the experiment in which the robot fell, cached ones included.
+        seconds: Wall time of this run, in [s].
+        interrupted: Stopped by Ctrl-C or SIGTERM; the rest is still to be done.
+    """
+
+    planned: int = 0
+    cached: int = 0
+    done: int = 0
+    infeasible: int = 0
+    failed: int = 0
+    falls: int = 0
+    seconds: float = 0.0
+    interrupted: bool = False
+
+    @property
+    def left(self) -> int:
+        """Trials still to be done."""
+        return self.planned - self.cached - self.done - self.infeasible - self.failed
+
+
+class Progress(Protocol):
+    """What is told while trials run."""
+
+    def start(self, summary: Summary) -> None:
+        """The work is known; nothing has run."""
+
+    def update(self, summary: Summary) -> None:
+        """A trial has ended."""
+
+    def message(self, text: str) -> None:
+        """Something the user should know now."""
+
+    def finish(self, summary: Summary) -> None:
+        """Nothing runs any more."""
+
+
+class Silent:
+    """Tells nothing."""
+
+    def start(self, summary: Summary) -> None:
+        """Nothing."""
+
+    def update(self, summary: Summary) -> None:
+        """Nothing."""
+
+    def message(self, text: str) -> None:
+        """Nothing."""
+
+    def finish(self, summary: Summary) -> None:
+        """Nothing."""

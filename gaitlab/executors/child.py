@@ -1,0 +1,132 @@
+"""A worker process as its driver sees it: a pipe, a deadline, and how it ended."""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TextIO
+
+from gaitlab.executors.executor import Job
+from gaitlab.executors.worker import Task, serve
+from gaitlab.store import TrialRecord
+
+START_TIME = 60.0  # s granted for imports on a cold, busy disk, on top of a trial's time-out
+LAST_WORDS = 25  # lines of a dead worker's output kept in the reason
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class Child:
+    """A process, the pipe to it and the job it has."""
+
+    def __init__(self, task: Task) -> None:
+        self.job: Job | None = None
+        self.attempt, self.done, self.start, self.deadline = 0, 0, 0.0, 0.0
+        self._output = tempfile.NamedTemporaryFile(  # noqa: SIM115, closed by `kill`
+            mode="r", prefix="gaitlab-", errors="replace"
+        )
+        self._pipe, other = get_context("spawn").Pipe()
+        self._process = get_context("spawn").Process(
+            target=serve, args=(other, task, os.getpid(), Path(self._output.name)), daemon=True
+        )
+        with _deaf_child(), _single_threaded_child():
+            self._process.start()
+        other.close()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process is there."""
+        return self._process.is_alive()
+
+    @property
+    def handles(self) -> tuple[Connection, int]:
+        """What becomes ready when it answers or ends."""
+        return self._pipe, self._process.sentinel
+
+    def give(self, job: Job, attempt: int) -> None:
+        """Hand it a job; its time-out starts now."""
+        self.job, self.attempt = job, attempt
+        starting = 0.0 if self.done else START_TIME
+        self.start = time.monotonic()
+        self.deadline = self.start + job.timeout + starting
+        try:
+            self._pipe.send((job.trial_id, job.trial))
+        except OSError:
+            return  # it has died meanwhile; `answer` finds that out
+
+    def answer(self) -> TrialRecord | Exception | str | None:
+        """Record or exception of the job, how it was lost, or None while it runs."""
+        found = self._received()
+        if found is None and not self.alive:
+            found = self._received() or self._death()
+        elif found is None and time.monotonic() >= self.deadline:
+            found = self._hung()
+        if found is not None:
+            self.job, self.done = None, self.done + 1
+        return found
+
+    def kill(self) -> None:
+        """End the process at once, whatever it does."""
+        self._process.kill()
+        self._process.join()
+        self._pipe.close()
+        self._output.close()
+
+    def _received(self) -> TrialRecord | Exception | None:
+        try:
+            return self._pipe.recv() if self._pipe.poll() else None
+        except (EOFError, OSError):
+            self._process.join(timeout=1.0)  # the pipe closes an instant before the process ends
+            return None
+
+    def _death(self) -> str:
+        code = self._process.exitcode or 0
+        how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        return f"worker process ended with {how}{self._last_words()}"
+
+    def _hung(self) -> str:
+        self._process.kill()
+        self._process.join()
+        timeout = self.job.timeout if self.job is not None else 0.0
+        return f"time-out: not done within {timeout:.0f} s{self._last_words()}"
+
+    def _last_words(self) -> str:
+        lines = _tail(self._output)
+        return "".join(f"\n{line}" for line in lines)
+
+
+def _tail(output: TextIO) -> list[str]:
+    output.seek(0)
+    return output.read().splitlines()[-LAST_WORDS:]
+
+
+@contextmanager
+def _deaf_child() -> Iterator[None]:
+    """A process started herein never sees Ctrl-C or SIGTERM, not even while it imports."""
+    deaf = {signal.SIGINT, signal.SIGTERM}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, deaf)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _single_threaded_child() -> Iterator[None]:
+    """A process started herein uses one thread; numpy reads these variables when it is loaded."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
