@@ -47,6 +47,11 @@ class Outlook:
     values: Sequence[Mapping[str, object]]
     trial_seconds: float
 
+    @property
+    def planned(self) -> int:
+        """Trials of the plan."""
+        return sum(sum(cell.values()) for cell in self.standings)
+
     def count(self, standing: Standing) -> int:
         """Trials that stand so, over all cells."""
         return sum(cell.get(standing, 0) for cell in self.standings)

@@ -16,6 +16,7 @@ class Summary:
         done: Simulated by this run, falls among them.
         infeasible: Found infeasible by this run.
         failed: Failed, in this run or before it without being run again.
+        newly_failed: Failed in this run.
         falls: Trials of the experiment in which the robot fell, cached ones included.
         seconds: Wall time of this run, in [s].
         interrupted: Stopped by Ctrl-C or SIGTERM; the rest is still to be done.
@@ -26,6 +27,7 @@ class Summary:
     done: int = 0
     infeasible: int = 0
     failed: int = 0
+    newly_failed: int = 0
     falls: int = 0
     seconds: float = 0.0
     interrupted: bool = False

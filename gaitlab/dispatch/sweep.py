@@ -163,7 +163,7 @@ def _counted(summary: Summary, record: TrialRecord) -> Summary:
         return replace(summary, done=summary.done + 1, falls=falls)
     if record.state == "INFEASIBLE":
         return replace(summary, infeasible=summary.infeasible + 1)
-    return replace(summary, failed=summary.failed + 1)
+    return replace(summary, failed=summary.failed + 1, newly_failed=summary.newly_failed + 1)
 
 
 def _fell(metrics: Mapping[str, Scalar]) -> bool:

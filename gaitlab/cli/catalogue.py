@@ -1,0 +1,202 @@
+"""`gaitlab list` and `show`: what there is and what it means."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import MISSING, asdict
+from enum import Enum
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.printing import columns, duration, number, say
+from gaitlab.errors import UnknownName
+
+if TYPE_CHECKING:
+    from gaitlab.plugins import Kind
+    from gaitlab.store import Store
+
+HEX = re.compile(r"[0-9a-f]{4,32}")
+EMPTY: Mapping[str, str] = MappingProxyType({})
+NEAREST = 5  # trials listed when a prefix fits none or several
+
+
+class Plural(str, Enum):
+    """What can be listed."""
+
+    robots = "robots"
+    gaits = "gaits"
+    surfaces = "surfaces"
+    servos = "servos"
+    metrics = "metrics"
+    experiments = "experiments"
+
+
+def list_names(
+    kind: Annotated[
+        Plural | None, typer.Argument(metavar="[KIND]", help="|".join(Plural.__members__))
+    ] = None,
+) -> int:
+    """List the names that experiments can use, all kinds or one.
+
+    \b
+    Example:
+      gaitlab list surfaces
+    """
+    from gaitlab.plugins import names
+
+    for plural in [kind] if kind else list(Plural):
+        found = names(cast("Kind", plural.value.removesuffix("s")))
+        say("\n".join(found) if kind else f"{plural.value}: {', '.join(found)}")
+    return 0
+
+
+def show(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME|TRIAL", help="A name from `gaitlab list`, or the first digits of a trial."
+        ),
+    ],
+    store: StoreFolder = DEFAULT_STORE,
+) -> int:
+    """Show the parameters behind a name with unit, range and source, or the record of a trial.
+
+    \b
+    Example:
+      gaitlab show grass_50mm
+    """
+    from gaitlab.plugins import KINDS, is_file_name, names, suggestion
+    from gaitlab.store import Store
+
+    kinds = [kind for kind in KINDS if name in names(kind)]
+    if kinds or is_file_name(name):
+        say("\n\n".join(_described(kind, name) for kind in kinds or [_kind_of_file(name)]))
+        return 0
+    if HEX.fullmatch(name):
+        say(_trial_text(Store(store), name))
+        return 0
+    known = [known for kind in KINDS for known in names(kind)]
+    raise UnknownName(f"nothing is called {name!r}{suggestion(name, sorted(set(known)))}")
+
+
+def _kind_of_file(name: str) -> Kind:
+    """A Python file is a gait unless it defines a robot; a YAML file with a `type` is a surface."""
+    from gaitlab.documents import load
+
+    path = Path(name)
+    if path.suffix == ".py":
+        is_robot = path.is_file() and "class Robot" in path.read_text(errors="replace")
+        return "robot" if is_robot else "gait"
+    return "surface" if "type" in load(path).mapping else "experiment"
+
+
+def _described(kind: Kind, name: str) -> str:
+    head = f"{kind} {name}"
+    if kind in ("gait", "robot"):
+        from gaitlab.plugins import load_class
+
+        return f"{head}\n{_parameters_text(load_class(kind, name))}"
+    if kind == "surface":
+        from gaitlab.surfaces.files import load_surface
+
+        surface = load_surface(name)
+        table = _parameters_text(type(surface), surface, _sources(kind, name))
+        return f"{head} ({surface.type})\n{table}"
+    if kind == "servo":
+        from gaitlab.servos.files import load_servo
+
+        servo = load_servo(name)
+        return f"{head}\n{_parameters_text(type(servo), servo, _sources(kind, name))}"
+    return f"{head}\n{_metric_text(name) if kind == 'metric' else _experiment_text(name)}"
+
+
+def _sources(kind: Kind, name: str) -> dict[str, str]:
+    """Where the numbers of a surface or servo file come from, as the file says."""
+    from gaitlab.documents import load
+    from gaitlab.plugins import locate
+
+    nodes = load(locate(kind, name)).mapping
+    described = {
+        key: node.mapping["source"] for key, node in nodes.items() if "source" in node.mapping
+    }
+    return {key: str(source.value) for key, source in described.items()}
+
+
+def _parameters_text(
+    cls: type, owner: object | None = None, sources: Mapping[str, str] = EMPTY
+) -> str:
+    """Every parameter of a class, with the values of an object or the defaults."""
+    from gaitlab.documents import allowed
+    from gaitlab.parameters import get_path, parameters
+
+    rows = []
+    for item in parameters(cls):
+        value = item.default if owner is None else get_path(owner, item.name)
+        shown = "required" if value is MISSING else number(value)
+        source = sources.get(item.name, item.source)
+        rows.append([item.name, shown, item.unit, allowed(item), item.doc, source])
+    return columns(("parameter", "value", "unit", "allowed", "meaning", "source"), rows)
+
+
+def _metric_text(name: str) -> str:
+    from inspect import getdoc
+
+    from gaitlab.metrics import metric, unit_of
+
+    return f"unit: {unit_of(name)}\n{getdoc(metric(name))}"
+
+
+def _experiment_text(name: str) -> str:
+    from gaitlab.experiment import load_experiment
+    from gaitlab.plan import plan
+
+    experiment = load_experiment(name)
+    planned = plan(experiment)
+    axes = [f"{axis}" for axis in experiment.varied]
+    lines = [
+        experiment.title,
+        experiment.description,
+        f"file: {experiment.path}",
+        f"surfaces: {', '.join(experiment.parts.surfaces)}",
+        f"varied: {', '.join(axes) or 'nothing'}",
+        f"seeds: {len(experiment.seeds)}",
+        f"{planned.cell_count} cells, {planned.size} trials of up to {duration(planned.seconds)}",
+        f"`gaitlab run {name} --dry-run` lists every cell",
+    ]
+    return "\n".join(line for line in lines if line)
+
+
+def _trial_text(results: Store, prefix: str) -> str:
+    record = results.record(_resolved(results, prefix))
+    content = asdict(record)
+    rows = [[key, number(value)] for key, value in record.metrics.items()]
+    head = f"trial {record.trial_id}: {record.state}"
+    parts = [f"{head}\n{record.reason}".rstrip(), columns(("metric", "value"), rows)]
+    rest = {key: content[key] for key in ("trial", "provenance")}
+    return "\n\n".join([*parts, json.dumps(rest, indent=2)])
+
+
+def _resolved(results: Store, prefix: str) -> str:
+    """The one trial whose id starts so.
+
+    Raises:
+        UnknownName: If none or several do; lists the nearest.
+    """
+    ids = sorted(results.index().entries)
+    fitting = [trial_id for trial_id in ids if trial_id.startswith(prefix)]
+    if len(fitting) == 1:
+        return fitting[0]
+    nearest = fitting or sorted(ids, key=lambda i: -_shared(i, prefix))
+    what = f"{len(fitting)} trials start" if fitting else "no trial starts"
+    listed = ", ".join(trial_id[: len(prefix) + 4] for trial_id in nearest[:NEAREST]) or "none"
+    raise UnknownName(f"{results.path}: {what} with {prefix}; nearest: {listed}")
+
+
+def _shared(one: str, other: str) -> int:
+    return next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), len(other))

@@ -1,0 +1,28 @@
+"""Arguments that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+ExperimentName: TypeAlias = Annotated[
+    str,
+    typer.Argument(metavar="EXPERIMENT", help="A file, or the name of one in experiments/."),
+]
+StoreFolder: TypeAlias = Annotated[
+    Path, typer.Option("--store", metavar="DIR", help="Folder of the results.")
+]
+Settings: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Change one value of the file; may be repeated."
+    ),
+]
+Seeds: TypeAlias = Annotated[
+    int | None,
+    typer.Option("--seeds", metavar="N", help="Replicates of each cell, instead of the file's."),
+]
+
+DEFAULT_STORE = Path("data")

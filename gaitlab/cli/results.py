@@ -1,0 +1,131 @@
+"""`gaitlab report`, `status` and `query`: what the store holds."""
+
+from __future__ import annotations
+
+import json
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitlab.cli.options import DEFAULT_STORE, Seeds, Settings, StoreFolder
+from gaitlab.cli.printing import columns, number, say, size, tell
+from gaitlab.errors import UnknownName
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from gaitlab.store import Store, TrialList
+    from gaitlab.store.index import Index
+
+
+class Format(str, Enum):
+    """How a table is printed."""
+
+    table = "table"
+    csv = "csv"
+    json = "json"
+
+
+def report(
+    experiments: Annotated[
+        list[str],
+        typer.Argument(metavar="EXPERIMENT...", help="Files, or names of some in experiments/."),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", metavar="DIR", help="Folder, reports/EXPERIMENT by default."),
+    ] = None,
+    seeds: Seeds = None,
+    settings: Settings = None,
+    store: StoreFolder = DEFAULT_STORE,
+) -> int:
+    """Write the tables and figures of one or several experiments as a page of Markdown.
+
+    \b
+    Example:
+      gaitlab report eros_table7 eros_table8
+    """
+    from gaitlab.experiment import load_experiment
+    from gaitlab.report import write_report
+    from gaitlab.store import Store
+
+    loaded = [load_experiment(name, settings=settings or (), seeds=seeds) for name in experiments]
+    say(str(write_report(loaded, Store(store), output)))
+    return 0
+
+
+def status(
+    experiment: Annotated[
+        str | None,
+        typer.Argument(metavar="[EXPERIMENT]", help="Name of one that was run; all by default."),
+    ] = None,
+    rebuild: Annotated[
+        bool, typer.Option("--rebuild", help="Write the index anew from the trials' own files.")
+    ] = False,
+    store: StoreFolder = DEFAULT_STORE,
+) -> int:
+    """Say how many trials of each experiment are done, and which files are no trials.
+
+    \b
+    Example:
+      gaitlab status eros_quick
+    """
+    from gaitlab.store import Store
+
+    results = Store(store)
+    index = _rebuilt(results) if rebuild else results.index()
+    lists = results.experiments()
+    if experiment is not None and experiment not in lists:
+        known = ", ".join(lists) or "none"
+        raise UnknownName(f"{store}: no experiment {experiment!r} was run here; there: {known}")
+    chosen = lists if experiment is None else {experiment: lists[experiment]}
+    head = ("experiment", "planned", "done", "infeasible", "failed", "left")
+    say(columns(head, [_status_row(found, index) for found in chosen.values()]))
+    total = sum(entry.size for entry in index.entries.values())
+    tell(f"{store}: {len(index.entries)} trials, {size(total)}")
+    for problem in index.unreadable:
+        tell(f"not counted: {problem}")
+    return 0
+
+
+def query(
+    sql: Annotated[str, typer.Argument(metavar="SQL", help="One SELECT over trials and ticks.")],
+    form: Annotated[Format, typer.Option("--format", help="How to print it.")] = Format.table,
+    store: StoreFolder = DEFAULT_STORE,
+) -> int:
+    """Answer a question in SQL; the views are `trials` and `ticks`.
+
+    \b
+    Example:
+      gaitlab query "SELECT surface, avg(stable::int) FROM trials GROUP BY 1"
+    """
+    from gaitlab.store import Store
+
+    say(_formatted(Store(store).query(sql), form))
+    return 0
+
+
+def _rebuilt(results: Store) -> Index:
+    with results.lock():
+        return results.rebuild()
+
+
+def _status_row(found: TrialList, index: Index) -> list[str]:
+    there = [index.entries[t.trial_id] for t in found.trials if t.trial_id in index.entries]
+    states = [entry.state for entry in there]
+    counts = [states.count(state) for state in ("DONE", "INFEASIBLE", "FAILED")]
+    left = len(found.trials) - len(there)
+    return [found.experiment, *(str(count) for count in (len(found.trials), *counts, left))]
+
+
+def _formatted(table: pd.DataFrame, form: Format) -> str:
+    if form is Format.csv:
+        return str(table.to_csv(index=False)).rstrip("\n")
+    if form is Format.json:
+        rows = json.loads(table.to_json(orient="records", date_format="iso", double_precision=15))
+        return json.dumps(rows)
+    plain = table.astype(object).where(table.notna(), None)
+    rows = [[number(value) for value in row] for row in plain.itertuples(index=False)]
+    return columns([str(name) for name in table.columns], rows)
