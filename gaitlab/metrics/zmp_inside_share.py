@@ -1,4 +1,4 @@
-"""How much of the time the ZMP lies in the support polygon."""
+"""How much of the time the robot stands on its soles and not on their edges."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+EDGE = 0.001  # m, closer is on the edge, which rounded supports blur by as much
 
 
 def zmp_inside_share(log: TrialLog) -> float:
-    """Share of the ticks with a foot on the ground in which the ZMP lies inside or on the edge.
+    """Share of the ticks with a foot on the ground in which the ZMP lies clear of every edge.
 
-    Over the walk before a fall; ticks in flight do not count. NaN without any tick on the ground.
-    Defined here.
+    Forces that only push cannot bring the ZMP out of the polygon: a robot that rocks over an edge
+    has its ZMP on it. Over the walk before a fall; ticks in flight do not count. NaN without any
+    tick on the ground. Defined here.
     """
     margin = log["zmp_margin"][log.walking]
     margin = margin[np.isfinite(margin)]
-    return float(np.mean(margin >= 0.0)) if len(margin) else nan
+    return float(np.mean(margin > EDGE)) if len(margin) else nan
