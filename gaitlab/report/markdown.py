@@ -10,13 +10,16 @@ _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|~$!&])")
 
 def escape(text: str) -> str:
     """Text that stands as it is written: one line, no mark-up, no HTML, no cell borders."""
-    line = " ".join(str(text).split())
-    return re.sub(r"^([+-]|\d+[.)])", r"\\\1", _SPECIAL.sub(r"\\\1", line))
+    line = _SPECIAL.sub(r"\\\1", " ".join(str(text).split()))
+    line = re.sub(r"^([-+=])(?!\d)", r"\\\1", line)  # a list or a rule, but not a number
+    return re.sub(r"^(\d+)([.)])(?!\d)", r"\1\\\2", line)
 
 
 def code(text: str) -> str:
     """Text in a code span that no backtick in it can end; safe in a table cell."""
-    line = " ".join(str(text).split()).replace("|", "\\|")
+    line = " ".join(str(text).split())
+    if set(line) & set("|\\"):
+        return escape(line)  # no code span in a table can hold every mix of these two
     fence = "`" * (1 + max((len(run) for run in re.findall("`+", line)), default=0))
     pad = " " if "`" in line else ""
     return f"{fence}{pad}{line}{pad}{fence}" if line else ""

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from gaitlab.log import TrialLog
 from gaitlab.report.figure_style import BLUE, FAINT, INK, ORANGE, VERMILLION, new_figure, style
+from gaitlab.report.markdown import escape
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import truth
 from gaitlab.report.variants import Value, Variant, value_text
@@ -172,9 +173,11 @@ def _amplitude_lines(axis: Axes, panel: PitchPanel) -> None:
 
 def pitch_caption(results: Results, row: Value, column: Value) -> str:
     """What the figure shows and how its cell and seed were chosen."""
-    row_text = "" if results.rows == ONE_ROW else f", {path_text(results.rows)} {value_text(row)}"
+    place = escape(column_text(results, column))
+    if results.rows != ONE_ROW:
+        place += f", {escape(path_text(results.rows))} {escape(value_text(row))}"
     return (
-        f"Trunk pitch, positive leans forward; {column_text(results, column)}{row_text}: the cell in which the variants' stable "
+        f"Trunk pitch, positive leans forward; {place}: the cell in which the variants' stable "
         "shares differ most (the first of equals). The thick line is the seed of median distance "
         "in its cell, thin lines are the other seeds; dashed lines are the median pitch of the "
         "walk ± the seed's pitch amplitude, bands are every second footstep, a cross is a fall."

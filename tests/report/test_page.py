@@ -1,0 +1,214 @@
+"""The page: what it says about trials whose outcome is known beforehand."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from gaitlab.report.cells import agreement, cell_tables, compared, row_text
+from gaitlab.report.falls import falls_table, quartiles, reasons
+from gaitlab.report.headline import headline
+from gaitlab.report.page import Sources, write_page
+from gaitlab.report.pitch import representative, telling_cell
+from gaitlab.report.provenance import seeds_text
+from gaitlab.report.reference import published
+from gaitlab.report.results import Results
+from gaitlab.report.sentences import paired, sentences
+from gaitlab.statistics import mcnemar
+from tests.report.builder import results_of, toy_trials, trial
+
+SOURCES = Sources(facts={"seeds": "0 to 3"}, parts=[], command="gaitlab report toy")
+
+
+def paper_trials(seeds: int = 2) -> list[dict[str, object]]:
+    """Trials that come out exactly as the paper prints."""
+    return [
+        trial(
+            (-1 if place.direction == "backward" else 1) * place.distance / 200,
+            place.surface,
+            heel,
+            seed,
+            up=up,
+        )
+        for name, heel in (("eros_table7", "none"), ("eros_table8", "add"))
+        for place, up in published(name).cells.items()
+        for seed in range(seeds)
+    ]
+
+
+def row(text: str, label: str) -> list[str]:
+    (line,) = [line for line in text.splitlines() if line.startswith(f"| {label} ")]
+    return [cell.strip() for cell in line.strip("|").split("|")][1:]
+
+
+def test_trials_that_repeat_the_paper_give_its_counts_and_agree_everywhere() -> None:
+    results = results_of(paper_trials())
+    text = headline(results)
+    assert [cell.split(" %")[0] for cell in row(text, "plain")] == ["30", "30", "50", "90", "50"]
+    optimised = row(text, "heel strike + landing deceleration")
+    assert [cell.split(" %")[0] for cell in optimised] == ["70", "70", "80", "100", "80"]
+    assert row(text, "paper, counted")[-1] == "50 → 80 %"
+    assert row(text, "paper, counted") == row(text, "paper, our rows only")
+    for variant in results.variants:
+        pairs = compared(results, variant)
+        assert len(pairs) == 40
+        assert agreement(pairs).startswith("40/40, 100 %")
+    assert "**" not in cell_tables(results)
+
+
+def test_a_cell_that_differs_from_the_paper_stands_out() -> None:
+    trials = paper_trials()
+    for item in trials:
+        if item["trial_id"].startswith("none-carpet_4mm-0.04-"):
+            item.update(stable=False, stable_strict=False, fell=True)
+    bold = re.findall(r"\*\*(.+?)\*\*", cell_tables(results_of(trials)))
+    assert bold == ["U 0/2 [0–66] (S)"]
+
+
+def test_no_share_stands_without_its_count() -> None:
+    results = results_of(toy_trials())
+    for label in ("plain", "plain, strict", "heel strike + landing deceleration"):
+        *cells, mean = row(headline(results), label)
+        assert all(re.fullmatch(r"\d+ % \(\d+/\d+\)", cell) for cell in cells)
+        assert re.fullmatch(r"\d+ % \[\d+–\d+\]", mean)
+
+
+def test_rows_name_the_printed_distance_and_the_step_length() -> None:
+    assert row_text(results_of(toy_trials()), -0.04) == "8 (-0.04 m)"
+    assert row_text(results_of(toy_trials(), compare=False), -0.04) == "-0.04 m"
+
+
+def test_without_a_published_table_nothing_is_compared() -> None:
+    results = results_of(toy_trials(), compare=False)
+    assert "paper" not in headline(results)
+    assert "(S)" not in cell_tables(results)
+
+
+def test_the_strict_score_takes_back_runs_that_went_nowhere() -> None:
+    text = headline(results_of(toy_trials()))
+    literal, strict = row(text, "plain")[3], row(text, "plain, strict")[3]
+    assert (literal, strict) == ("75 % (3/4)", "50 % (2/4)")
+
+
+def test_infeasible_failed_and_missing_trials_are_shown_with_counts() -> None:
+    trials = toy_trials()
+    states = {"grass_10mm": "INFEASIBLE", "carpet_4mm": "FAILED", "grass_30mm": "MISSING"}
+    for i, item in enumerate(trials):
+        if item["gait.step_length"] == 0.08 and item["surface"] in states:
+            up = dict.fromkeys(("stable", "stable_strict", "fell"))
+            trials[i] = {**item, **up, "state": states[str(item["surface"])], "reason": "too | far"}
+    results = results_of(trials)
+    text = cell_tables(results)
+    assert all(note in text for note in ("INFEASIBLE 4/4", "4 failed", "4 missing"))
+    assert "of the cells within reach" in headline(results)
+    assert row(falls_table(results), "all")[-3:] == ["8", "8", "8"]
+    assert r"too \| far" in reasons(results)
+
+
+def test_falls_are_counted_by_direction() -> None:
+    trials = [trial(0.04, "a", "none", seed, up=False) for seed in range(4)]
+    for item, direction in zip(trials, ("forward", "left", "left", "backward"), strict=True):
+        item["fall_direction"] = direction
+    cells = row(falls_table(results_of(trials)), "plain")
+    assert cells[:6] == ["4", "4 of 4", "1", "1", "2", "0"]
+
+
+def test_the_shown_seed_is_the_one_of_median_distance_in_any_order() -> None:
+    trials = pd.DataFrame([trial(0.04, "a", "none", seed) for seed in (4, 0, 3, 1, 2)])
+    assert representative(trials).endswith("-2")
+    assert representative(trials.iloc[::-1]) == representative(trials)
+
+
+def test_the_shown_cell_is_where_the_variants_differ_most() -> None:
+    results = results_of(toy_trials())
+    assert telling_cell(results) == (0.04, "grass_50mm")
+
+
+def test_pairs_are_runs_of_the_same_cell_and_seed() -> None:
+    results = results_of(toy_trials())
+    pairs = paired(results, *results.variants)
+    assert len(pairs) == 64
+    swapped = paired(results, *results.variants[::-1])
+    test, mirror = mcnemar(pairs), mcnemar(swapped)
+    assert (test.only_first, test.only_second) == (mirror.only_second, mirror.only_first)
+    assert test.only_second > test.only_first
+
+
+def test_equal_variants_are_not_told_apart() -> None:
+    trials = [t for t in toy_trials() if t["gait.heel_strike"] == "none"]
+    copies = [{**t, "gait.heel_strike": "add", "trial_id": f"b-{t['trial_id']}"} for t in trials]
+    text = sentences(results_of([*trials, *copies], paths=["gait.heel_strike"]), 0)
+    assert "a change of +0 points" in text
+    assert "nothing differs" in text
+
+
+def test_one_discordant_run_is_not_called_an_effect() -> None:
+    trials = [t for t in toy_trials() if t["gait.heel_strike"] == "none"]
+    copies = [{**t, "gait.heel_strike": "add", "trial_id": f"b-{t['trial_id']}"} for t in trials]
+    fallen = next(t for t in copies if not t["stable"])
+    fallen.update(stable=True, fell=False)
+    text = sentences(results_of([*trials, *copies], paths=["gait.heel_strike"]), 0)
+    assert "cannot be told apart" in text
+
+
+def test_few_seeds_are_said_to_be_few() -> None:
+    assert "4 seeds in the thinnest cell" in sentences(results_of(toy_trials()), 0)
+    assert "thinnest" not in sentences(results_of(toy_trials(seeds=10)), 0)
+
+
+def test_assumptions_are_counted() -> None:
+    assert "7 parameters" in sentences(results_of(toy_trials()), 7)
+
+
+def test_quartiles_carry_their_n() -> None:
+    assert quartiles(pd.Series([1.0, None, 3.0, 2.0])) == "2 [1.5, 2.5], n = 3"
+    assert quartiles(pd.Series([None, None], dtype=object)) == "—"
+
+
+def test_seeds_are_listed_as_ranges() -> None:
+    assert seeds_text([3, 1, 2, 9, 2]) == "1 to 3, 9"
+
+
+def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
+    trials = [t for t in toy_trials(seeds=2) if t["surface"] != "grass_10mm"]
+    pages = [write_page(results_of(trials), SOURCES, tmp_path / name) for name in "ab"]
+    files = [{f.name: f.read_bytes() for f in page.parent.iterdir()} for page in pages]
+    assert {"README.md", "stable_share.png", "stable_share.svg", "pitch.svg"} <= set(files[0])
+    assert files[0] == files[1]
+
+
+def test_every_image_of_the_page_lies_beside_it(tmp_path: Path) -> None:
+    page = write_page(results_of(toy_trials(seeds=2)), SOURCES, tmp_path)
+    images = re.findall(r"!\[[^]]+\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
+    assert len(images) == 3
+    assert all((tmp_path / name).is_file() for name in images)
+
+
+def test_a_title_of_the_user_never_becomes_markup(tmp_path: Path) -> None:
+    results = results_of(toy_trials(seeds=1))
+    hostile = Results(**{**vars_of(results), "title": "<script>*x*</script> | `y`"})
+    text = write_page(hostile, SOURCES, tmp_path).read_text(encoding="utf-8")
+    assert "<script>" not in text
+    assert text.startswith(r"# \<script\>\*x\*\</script\> \| \`y\`")
+
+
+def vars_of(results: Results) -> dict[str, object]:
+    return {name: getattr(results, name) for name in Results.__dataclass_fields__}
+
+
+@pytest.mark.parametrize("columns", ["seed", "surface"])
+def test_other_layouts_give_a_table_too(tmp_path: Path, columns: str) -> None:
+    results = results_of(toy_trials(seeds=2), rows="gait.heel_strike", columns=columns, paths=())
+    text = write_page(results, SOURCES, tmp_path).read_text(encoding="utf-8")
+    assert "add" in text
+    assert "none" in text
+
+
+def test_a_page_without_any_finished_trial_says_so(tmp_path: Path) -> None:
+    trials = [trial(0.04, "a", "none", seed, state="FAILED") for seed in range(2)]
+    text = write_page(results_of(trials), SOURCES, tmp_path).read_text(encoding="utf-8")
+    assert "nothing can be said" in text
+    assert "2 failed" in text
