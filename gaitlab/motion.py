@@ -43,16 +43,15 @@ class FeetPoses:
 
 
 class Gait(Protocol):
-    """A gait: a frozen dataclass called `Gait` in a file of its own in `gaitlab/gaits`.
+    """A gait: a frozen dataclass called `Gait` in a file of its own in `gaitlab/gaits`."""
 
-    Attributes:
-        step_length: Forward distance between the feet in double support, in [m]; negative walks
-            backwards.
-        hip_height: Height of the hip axes above the soles when standing, in [m].
-    """
+    @property
+    def step_length(self) -> float:
+        """Forward distance between the feet in double support, in [m]; negative walks backwards."""
 
-    step_length: float
-    hip_height: float
+    @property
+    def hip_height(self) -> float:
+        """Height of the hip axes above the soles when standing, in [m]."""
 
     @property
     def gait_period(self) -> float:
