@@ -63,7 +63,7 @@ class _Pile(_Ground):
         unit="-",
         low=0.0,
         high=0.9,
-        doc="share by which the plough force falls with the lean of the blades and rises against it",
+        doc="share by which the plough force falls with the blades' lean and rises against it",
     )
     nap_direction: float = parameter(
         0.0, unit="rad", low=-pi, high=pi, doc="direction the blades lean to, from x to y"
@@ -111,7 +111,7 @@ class _Pile(_Ground):
         unit="-",
         low=0.0,
         high=30.0,
-        doc="factor c_e on the force that a leading edge meets, shared by all surfaces; 1 is a smooth body",
+        doc="factor c_e on the force a leading edge meets, shared by all surfaces; 1 is smooth",
         source="assumption, range 1 to 15",
     )
     hysteresis: float = parameter(

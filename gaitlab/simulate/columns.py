@@ -1,0 +1,199 @@
+"""From a recording to the columns of a log: everything here is vectorised over the trial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from gaitlab.body import LinkPoses, Robot
+from gaitlab.kinematics.attitude import (
+    quaternion_from_rotation,
+    roll_pitch_yaw,
+    rotation_from_quaternion,
+)
+from gaitlab.kinematics.polygon import support_margin
+from gaitlab.log import FEET, FSRS, GRAVITY, LogHeader, TrialLog
+from gaitlab.motion import FeetPoses
+from gaitlab.simulate.recording import Recording
+
+LOADED = 0.01  # share of the weight; a sole that carries less counts as in the air
+
+Columns = dict[str, np.ndarray]
+
+
+def log_of(
+    recording: Recording,
+    robot: Robot,
+    header: LogHeader,
+    feet: FeetPoses,
+    targets: np.ndarray,
+) -> TrialLog:
+    """The log of a trial.
+
+    Args:
+        recording: What the engine gave.
+        robot: The robot that walked.
+        header: Constants of the trial.
+        feet: What the gait commanded, at least as long as the recording.
+        targets: What the servos were sent, in [rad]. Shape (ticks, joints).
+    """
+    n = recording.length
+    poses = _link_poses(recording, robot)
+    contacts = recording.contacts()
+    soles = _sole_columns(recording, robot, header, poses, contacts)
+    loaded = np.stack([soles[f"{side}_foot_contact"] for side in FEET], axis=-1)
+    arrays: Columns = {
+        "time": (np.arange(n) + 1) * header.dt,
+        "gait_phase": feet.phase[:n],
+        "step_index": feet.step_index[:n],
+        "support": loaded @ np.array([1, 2]),
+        "fall_cause": recording.fall_cause[:n],
+        "body_contact": recording.body_contact[:n],
+        **_trunk_columns(recording, robot, poses),
+        **_zmp_columns(contacts, robot, poses, loaded, n),
+        **soles,
+        **_joint_columns(recording, header, targets[:n]),
+    }
+    return TrialLog(header=header, arrays=arrays)
+
+
+def _named(name: str, axes: Iterable[str], table: np.ndarray) -> Columns:
+    return {f"{name}{axis}": table[:, i] for i, axis in enumerate(axes)}
+
+
+def _link_poses(recording: Recording, robot: Robot) -> LinkPoses:
+    """Link poses from the trunk's centre of mass, which Bullet gives, and the joint positions."""
+    n = recording.length
+    rotation = rotation_from_quaternion(recording.base[:n, 3:7])
+    centre = np.array(robot.tree.links[0].box.centre)
+    origin = recording.base[:n, 0:3] - rotation @ centre
+    return robot.tree.poses(origin, rotation, recording.joints[:n, 0])
+
+
+def _trunk_columns(recording: Recording, robot: Robot, poses: LinkPoses) -> Columns:
+    base = recording.base[: recording.length]
+    attitude = roll_pitch_yaw(poses.rotation[:, 0])
+    return {
+        **_named("trunk_", "xyz", poses.position[:, 0]),
+        **_named("trunk_q", "xyzw", base[:, 3:7]),
+        **_named("", ("roll", "pitch", "yaw"), attitude),
+        **_named("trunk_v", "xyz", base[:, 7:10]),
+        **_named("trunk_w", "xyz", base[:, 10:13]),
+        **_named("com_", "xyz", robot.tree.centre_of_mass(poses)),
+    }
+
+
+def _sole_columns(
+    recording: Recording, robot: Robot, header: LogHeader, poses: LinkPoses, contacts: np.ndarray
+) -> Columns:
+    columns: Columns = {}
+    for side, foot in enumerate(FEET):
+        link = robot.tree.index(robot.feet[side])
+        position, rotation = poses.position[:, link], poses.rotation[:, link]
+        own = contacts[contacts[:, 1] == side]
+        columns |= _one_sole(
+            f"{foot}_foot_", robot, header, position, rotation, own, recording.plough[:, side]
+        )
+    return columns
+
+
+def _one_sole(
+    name: str,
+    robot: Robot,
+    header: LogHeader,
+    position: np.ndarray,
+    rotation: np.ndarray,
+    contacts: np.ndarray,
+    plough: np.ndarray,
+) -> Columns:
+    n, ticks = len(position), contacts[:, 0].astype(int)
+    corners = position[:, None] + robot.sole.corners() @ np.swapaxes(rotation, 1, 2)
+    normal = np.bincount(ticks, contacts[:, 5], n)
+    force = plough[:n] + np.stack(
+        [np.bincount(ticks, _friction(contacts, axis), n) for axis in range(2)], axis=-1
+    )
+    return {
+        **_named(name, "xyz", position + rotation @ np.array(robot.sole.centre)),
+        **_named(f"{name}q", "xyzw", quaternion_from_rotation(rotation)),
+        f"{name}normal_force": normal,
+        **_named(f"{name}force_", "xy", force),
+        f"{name}sink": header.pile_height - corners[..., 2].min(axis=1),
+        f"{name}plough_force": np.hypot(*plough[:n].T),
+        f"{name}contact": normal > LOADED * header.mass * GRAVITY,
+        **_fsr_columns(f"{name}fsr_", robot, position, rotation, contacts),
+    }
+
+
+def _friction(contacts: np.ndarray, axis: int) -> np.ndarray:
+    """Horizontal force of each contact point along world x or y, in [N]. Shape (points,)."""
+    return contacts[:, 6] * contacts[:, 7 + axis] + contacts[:, 9] * contacts[:, 10 + axis]
+
+
+def _fsr_columns(
+    name: str, robot: Robot, position: np.ndarray, rotation: np.ndarray, contacts: np.ndarray
+) -> Columns:
+    """Vertical load on the quarters of the sole; a point on a dividing line is shared."""
+    ticks = contacts[:, 0].astype(int)
+    from_centre = contacts[:, 2:5] - position[ticks]
+    local = np.einsum("pji,pj->pi", rotation[ticks], from_centre) - np.array(robot.sole.centre)
+    front = _share(local[:, 0], robot.sole.length)
+    left = _share(local[:, 1], robot.sole.width)
+    along = {"front": front, "rear": 1.0 - front}
+    across = {"left": left, "right": 1.0 - left}
+    parts = ((fsr, *fsr.split("_")) for fsr in FSRS)
+    return {
+        name + fsr: np.bincount(ticks, contacts[:, 5] * along[a] * across[b], len(position))
+        for fsr, a, b in parts
+    }
+
+
+def _share(coordinate: np.ndarray, extent: float) -> np.ndarray:
+    """1 on the positive side, 0 on the negative, one half within a hundredth of the middle."""
+    return np.where(np.abs(coordinate) < 0.01 * extent, 0.5, coordinate > 0.0)
+
+
+def _zmp_columns(
+    contacts: np.ndarray, robot: Robot, poses: LinkPoses, loaded: np.ndarray, n: int
+) -> Columns:
+    """ZMP from the contact forces, on the load-weighted mean height of the contact points.
+
+    The plough force is left out: its lever is a few millimetres.
+    """
+    ticks, normal = contacts[:, 0].astype(int), contacts[:, 5]
+    total = np.bincount(ticks, normal, n)
+    total = np.where(loaded.any(axis=1), total, np.nan)
+    height = np.bincount(ticks, normal * contacts[:, 4], n) / total
+    lever = contacts[:, 4] - height[ticks]
+    zmp = np.stack(
+        [
+            np.bincount(ticks, normal * contacts[:, 2 + a] - lever * _friction(contacts, a), n)
+            / total
+            for a in range(2)
+        ],
+        axis=-1,
+    )
+    margin = support_margin(zmp, _sole_corners(robot, poses), loaded)
+    return {**_named("zmp_", "xy", zmp), "zmp_margin": margin}
+
+
+def _sole_corners(robot: Robot, poses: LinkPoses) -> np.ndarray:
+    """Corners of both soles on the ground plane, in [m]. Shape (n, 2, 4, 2)."""
+    links = [robot.tree.index(foot) for foot in robot.feet]
+    turned = robot.sole.corners() @ np.swapaxes(poses.rotation[:, links], 2, 3)
+    return (poses.position[:, links, None] + turned)[..., :2]
+
+
+def _joint_columns(recording: Recording, header: LogHeader, targets: np.ndarray) -> Columns:
+    states = recording.joints[: recording.length]
+    quantities = (
+        ("target", targets),
+        ("position", states[:, 0]),
+        ("velocity", states[:, 1]),
+        ("torque", states[:, 2]),
+    )
+    return {
+        f"{joint}_{quantity}": table[:, j]
+        for j, joint in enumerate(header.joints)
+        for quantity, table in quantities
+    }

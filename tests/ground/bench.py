@@ -1,0 +1,120 @@
+"""A sled on two soles: the plate, weight and spring scale of a turf laboratory, in real Bullet.
+
+Two flat soles hang rigidly below a beam, so that what is measured is the ground and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pybullet
+
+from gaitlab.body import Box, Joint, Link, Sole, Tree
+from gaitlab.engine import Engine
+from gaitlab.servos import Servo
+from gaitlab.settings import EngineSettings, Spread
+from gaitlab.surfaces import Surface
+from gaitlab.surfaces.files import load_surface
+
+GRAVITY = 9.81
+AREA = 0.125 * 0.080  # m^2 of one sole
+STILL = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=0.0)
+PEDESTALS = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
+LOCK = Servo(
+    stall_torque=300.0, no_load_speed=20.0, voltage=12.0, supply=12.0, torque_limit=1.0,
+    position_gain=150.0, latency=0, resolution=0.0, backlash=0.0, mass=0.0,
+)  # fmt: skip
+
+
+def surface(name: str, **changes: float) -> Surface:
+    return replace(load_surface(name), **changes)
+
+
+@dataclass(frozen=True)
+class Sled:
+    """Satisfies `gaitlab.body.Robot` as far as the engine asks."""
+
+    mass: float = 3.5
+    kind: str = "studs"
+    pitch: float = 0.0
+    name: str = "sled"
+    feet: tuple[str, str] = ("left_foot", "right_foot")
+    sole: Sole = field(init=False)
+    tree: Tree = field(init=False)
+
+    def __post_init__(self) -> None:
+        sole = Sole(length=0.125, width=0.080, heel=0.0625, height=0.038, kind=self.kind)
+        beam = Link(
+            name="beam", parent=None, origin=(0.0, 0.0, 0.0), joint=None, mass=self.mass - 0.24,
+            box=Box(size=(0.10, 0.30, 0.02), centre=(0.0, 0.0, 0.0)),
+        )  # fmt: skip
+        feet = [
+            Link(
+                name=f"{side}_foot", parent="beam", origin=(0.0, y, 0.0), mass=0.12,
+                joint=Joint(name=f"{side}_hinge", axis="y", lower=-0.5, upper=0.5, servo="mx_64"),
+                box=Box(size=(0.125, 0.08, 0.01), centre=(0.0, 0.0, -0.033)),
+            )
+            for side, y in (("left", 0.1), ("right", -0.1))
+        ]  # fmt: skip
+        object.__setattr__(self, "sole", sole)
+        object.__setattr__(self, "tree", Tree((beam, *feet)))
+
+
+class Bench:
+    """A sled on a surface, and the instruments on it."""
+
+    def __init__(
+        self, surface: Surface, sled: Sled, *, gap: float, dt: float = 0.002, spread: Spread = STILL,
+        seed: int = 0,
+    ) -> None:  # fmt: skip
+        self.dt, self.sled = dt, sled
+        self.pose = np.full(2, sled.pitch)
+        self.engine = Engine(
+            sled, surface, (LOCK, LOCK), pose=self.pose, height=gap + 0.038,
+            settings=EngineSettings(dt=dt), spread=spread, seed=seed,
+        )  # fmt: skip
+        self._world = self.engine._client
+        self._body = self.engine._body
+
+    def __enter__(self) -> Bench:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.engine.__exit__()
+
+    def tick(self, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+        """One tick with a force on the middle of the beam, in [N]."""
+        self.engine.command(self.pose)
+        if any(force):
+            self._world.applyExternalForce(
+                self._body, -1, force, self.engine.state().position, pybullet.WORLD_FRAME
+            )
+        self.engine.step()
+
+    def run(self, seconds: float, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+        for _ in range(round(seconds / self.dt)):
+            self.tick(force)
+
+    def pull(self, speed: float, gain: float = 2000.0) -> float:
+        """Pull along x towards a speed [m/s] for a tick; returns the force used, in [N]."""
+        state = self.engine.state()
+        force = gain * (speed - state.velocity[0])
+        self.tick((force, 0.0, 0.0))
+        return force
+
+    @property
+    def gap(self) -> float:
+        """Gap under the middle of the soles, in [m]."""
+        return self.engine.state().position[2] - 0.038
+
+    @property
+    def plough(self) -> float:
+        """Plough force on both feet along x, in [N]."""
+        return sum(force[0] for force in self.engine.plough)
+
+    def energy(self) -> float:
+        """Kinetic and potential energy of the beam and feet as one body, in [J]."""
+        state = self.engine.state()
+        speed = float(np.dot(state.velocity, state.velocity))
+        return 0.5 * self.sled.mass * speed + self.sled.mass * GRAVITY * state.position[2]
