@@ -80,6 +80,10 @@ class Node:
             return str(self.value).lower()
         return f"the text {self.value[:60]!r}" if isinstance(self.value, str) else str(self.value)
 
+    def holding(self, other: Node) -> Node:
+        """The value of another node at this place."""
+        return Node(file=self.file, line=self.line, column=self.column, value=other.value)
+
     def replaced(self, **values: Node) -> Node:
         """Copy of a mapping with some entries set; the keys stand where the values stand."""
         keys = {name: node for name, node in values.items() if name not in self.keys}
@@ -250,7 +254,10 @@ class _Reader:
             if name in keys:
                 first = f" (first in line {keys[name].line})" if self.placed else ""
                 raise FileError([key.problem(f"duplicate key {name!r}{first}; keep one of them")])
-            keys[name], values[name] = key, self.node(value_source, depth + 1)
+            value = self.node(value_source, depth + 1)
+            # A value left empty has the place of whatever comes next; its key is nearer.
+            empty = value_source.start_mark.index == value_source.end_mark.index
+            keys[name], values[name] = key, key.holding(value) if empty else value
         node = self.placed_node(source, values)
         return Node(file=node.file, line=node.line, column=node.column, value=values, keys=keys)
 

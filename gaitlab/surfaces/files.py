@@ -30,8 +30,8 @@ def surface_from(node: Node) -> Surface:
     if kind is None:
         known = ", ".join(SURFACE_TYPES)
         raise FileError([node.problem(f"'type' is missing; add `type:` with one of: {known}")])
-    if kind.value not in SURFACE_TYPES:
+    if not isinstance(kind.value, str) or kind.value not in SURFACE_TYPES:
         hint = suggestion(str(kind.value), SURFACE_TYPES)
         raise FileError([kind.problem(f"type: found {kind.found()}{hint}")])
-    surface: Surface = build(SURFACE_TYPES[str(kind.value)], node, skip=("type", "description"))
+    surface: Surface = build(SURFACE_TYPES[kind.value], node, skip=("type", "description"))
     return surface
