@@ -218,7 +218,8 @@ class Gait:
         sway, step = (np.clip((tick + 1) / len(self.cycle.moving) - k, 0.0, 1.0) for k in (0, 1))
         full = [self.step_length, self.lateral_sway, self.step_height]
         offset = cycle.shares * (np.stack([step, sway, sway], axis=-1) * full)[:, None]
-        ankle_pitch, knee_only = self._heel(offset[..., 2], moving, cycle.swing_angle, sway)
+        swing = moving & (cycle.swing_angle < pi - ROUNDING)[:, None]
+        ankle_pitch, knee_only = self._heel(offset[..., 2], swing, cycle.swing_angle, sway)
         half, walking = len(self._angles[0]) + len(self._angles[1]), count >= 2
         return FeetPoses(
             position=self._in_hip_frame(offset),
@@ -226,7 +227,7 @@ class Gait:
             trunk_pitch=np.full(len(tick), self.trunk_pitch),
             ankle_pitch=ankle_pitch,
             knee_only=knee_only,
-            swing=moving & (cycle.swing_angle < pi - ROUNDING)[:, None],
+            swing=swing,
             phase=np.where(walking, place / len(self.cycle.moving), np.nan),
             step_index=np.where(walking, 2 * (count - 2) + (place >= half), -1),
         )
@@ -239,19 +240,19 @@ class Gait:
         return np.einsum("ij,nfj->nfi", lean, stand + offset)
 
     def _heel(
-        self, height: np.ndarray, moving: np.ndarray, swing_angle: np.ndarray, sway: np.ndarray
+        self, height: np.ndarray, swing: np.ndarray, swing_angle: np.ndarray, sway: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Ankle pitch and knee share of heel strike; blends at apex, lift and touch are ours."""
-        nothing = np.zeros(moving.shape)
+        """Ankle pitch and knee share of heel strike; blends at lift, apex and touch are ours."""
         if self.heel_strike == "none":
-            return nothing, nothing
+            return np.zeros(swing.shape), np.zeros(swing.shape)
         landing = np.clip((swing_angle - QUARTER) / BLEND, 0.0, 1.0)
         sign = self.push_off_sign + (1 - self.push_off_sign) * landing
         difference = height - height[:, ::-1]
         pitch = sign[:, None] * heel_pitch(difference, self.heel_gain, self.toe_up_limit)
         airborne = np.clip(np.minimum(swing_angle, pi - swing_angle) / BLEND, 0.0, 1.0)
-        share = sway * airborne * np.maximum(sign, 0.0) * (self.heel_strike == "literal")
-        return np.where(moving, pitch, 0.0), np.where(moving, share[:, None], 0.0)
+        share = sway * airborne * np.maximum(landing, self.push_off_sign)
+        share = share * (self.heel_strike == "literal")
+        return np.where(swing, pitch, 0.0), np.where(swing, share[:, None], 0.0)
 
     @property
     def _stand_ticks(self) -> int:
