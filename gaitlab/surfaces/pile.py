@@ -62,13 +62,12 @@ class PileLaw:
         return (2.0 * self.p1 * x**3 + n * self.p2 * x ** (n + 1.0)) / self.height
 
     def gap_under(self, pressure: float) -> float:
-        """Gap in [m] at which the pile carries a pressure in [Pa]; the law inverted by bisection."""
+        """Gap in [m] at which the pile carries a pressure in [Pa]; inverted by bisection."""
         low, high = max(self.solid_height, SMALLEST_GAP), self.height
         for _ in range(60):
             middle = 0.5 * (low + high)
-            low, high = (
-                (middle, high)
-                if float(self.pressure(np.array(middle))) > pressure
-                else (low, middle)
-            )
+            if float(self.pressure(np.array(middle))) > pressure:
+                low = middle
+            else:
+                high = middle
         return 0.5 * (low + high)

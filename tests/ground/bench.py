@@ -65,8 +65,8 @@ class Bench:
     """A sled on a surface, and the instruments on it."""
 
     def __init__(
-        self, surface: Surface, sled: Sled, *, gap: float, dt: float = 0.002, spread: Spread = STILL,
-        seed: int = 0,
+        self, surface: Surface, sled: Sled, *, gap: float, dt: float = 0.002,
+        spread: Spread = STILL, seed: int = 0,
     ) -> None:  # fmt: skip
         self.dt, self.sled = dt, sled
         self.pose = np.full(2, sled.pitch)

@@ -22,7 +22,7 @@ def pile(name: str, kind: str = "studs", dt: float = DT, **changes: float):
     )  # fmt: skip
 
 
-def moved(pile, footprint, gap, velocity, pitch=0.0, spin=0.0, dt=DT): ANN201
+def moved(pile, footprint, gap, velocity, pitch=0.0, spin=0.0, dt=DT):
     """The pile's answer to a sole whose centre is at a gap [m], moving and pitched."""
     turn = (0.0, float(np.sin(pitch / 2)), 0.0, float(np.cos(pitch / 2)))
     origin = (0.0, 0.0, gap + 0.038)
@@ -210,7 +210,7 @@ def _lift(ground, answer, gap: float, pitch: float) -> tuple[float, float]:
 
 
 def test_a_ball_rolls_on_the_30_mm_pile_as_far_as_one_was_seen_to_roll() -> None:
-    """A real ball stopped from 0.841 m/s within 0.621 m: a = 0.058 g; with (1 + 2/3) for a shell."""
+    """A real one stopped from 0.841 m/s in 0.621 m: 0.058 g, times (1 + 2/3) for a shell."""
     law = surface("grass_30mm", toe_catch=1.0).law()
     radius, mass = 0.07, 0.22
     r = np.linspace(0.0, radius * 0.98, 400)
