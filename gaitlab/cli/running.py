@@ -84,7 +84,7 @@ def run(
     )
     _tell_failures(results, wanted.name, summary)
     again = _arguments(experiment, settings, seeds, store)
-    say(json.dumps(dataclasses.asdict(summary)) if as_json else _summary_text(summary, again))
+    say(_summary_json(summary) if as_json else _summary_text(summary, again))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
 
 
@@ -135,6 +135,11 @@ def _standing_cells(standing: Mapping[Standing, int], retry_failed: bool) -> lis
     if standing.get("failed before") and not retry_failed:
         reasons.append(f"{standing['failed before']} failed before, left (--retry-failed)")
     return [str(standing.get("cached", 0)), str(sum(due.values())), ", ".join(reasons)]
+
+
+def _summary_json(summary: Summary) -> str:
+    counts = dataclasses.asdict(summary)
+    return json.dumps({**counts, "seconds": round(summary.seconds, 3)})
 
 
 def _summary_text(summary: Summary, arguments: str) -> str:

@@ -16,10 +16,9 @@ from typing import Any
 
 from gaitlab.store.durable import PARTIAL, append, write_durably
 from gaitlab.store.parquet import Unreadable, read_record
-from gaitlab.store.record import Scalar, State, TrialRecord, canonical, finite
+from gaitlab.store.record import Scalar, State, TrialRecord, canonical, finite, lasting
 
 TRIAL_FILE = re.compile(r"([0-9a-f]{32})\.parquet")
-VOLATILE = ("host", "finished", "wall_time")  # of the provenance: in the record, not in the index
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +61,6 @@ def entry(record: TrialRecord, size: int) -> Entry:
     """The line of the index that stands for a record whose file has this size, in bytes."""
     names = record.trial.get("names", {})
     labels = {kind: names.get(kind) for kind in ("robot", "gait", "surface")}
-    provenance = {k: finite(v) for k, v in record.provenance.items() if k not in VOLATILE}
     return Entry(
         trial_id=record.trial_id,
         size=size,
@@ -70,7 +68,7 @@ def entry(record: TrialRecord, size: int) -> Entry:
         reason=next(iter(record.reason.splitlines()), ""),
         labels={**labels, "seed": record.trial.get("seed")},
         metrics={name: finite(value) for name, value in record.metrics.items()},
-        provenance=provenance,
+        provenance=lasting(record.provenance),
     )
 
 

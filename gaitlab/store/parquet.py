@@ -23,6 +23,7 @@ from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
 FORMAT_VERSION = 1  # of the file; raise it when an older gaitlab could misread a newer file
 _VERSION, _RECORD, _HEADER = b"gaitlab.format", b"gaitlab.record", b"gaitlab.header"
+_VOLATILE = b"gaitlab.volatile"
 _COLUMNS_SHA256, _SEAL = b"gaitlab.columns_sha256", b"gaitlab.seal"
 
 
@@ -46,13 +47,14 @@ def encode(record: TrialRecord, log: TrialLog | None) -> bytes:
     table = _table(log)
     sha256 = columns_sha256(log)
     header = canonical(dataclasses.asdict(log.header)) if log is not None else ""
-    text = to_json(record)
+    text, volatile = to_json(record)
     metadata = {
         _VERSION: str(FORMAT_VERSION).encode(),
         _HEADER: header.encode(),
         _RECORD: text.encode(),
+        _VOLATILE: volatile.encode(),
         _COLUMNS_SHA256: sha256.encode(),
-        _SEAL: _seal(text, header, sha256).encode(),
+        _SEAL: _seal(text, volatile, header, sha256).encode(),
     }
     return _parquet(table.replace_schema_metadata(metadata))
 
@@ -143,12 +145,10 @@ def _read_record(path: Path, metadata: dict[bytes, bytes]) -> TrialRecord:
         raise Unreadable(path, "foreign", "not written by gaitlab")
     _check_version(path, metadata[_VERSION])
     try:
-        text, header, sha256, seal = (
-            metadata[key].decode() for key in (_RECORD, _HEADER, _COLUMNS_SHA256, _SEAL)
-        )
-        if seal != _seal(text, header, sha256):
+        sealed = [metadata[key].decode() for key in (_RECORD, _VOLATILE, _HEADER, _COLUMNS_SHA256)]
+        if metadata[_SEAL].decode() != _seal(*sealed):
             raise ValueError("the record is not the one that was written")
-        record = from_json(text)
+        record = from_json(*sealed[:2])
     except (KeyError, ValueError) as error:
         raise Unreadable(path, "damaged", _short(error)) from error
     if record.trial_id != path.stem:
@@ -188,8 +188,8 @@ def _array(table: pa.Table, name: str, dtype: str) -> np.ndarray:
     return array
 
 
-def _seal(record: str, header: str, sha256: str) -> str:
-    return hashlib.sha256("\0".join((record, header, sha256)).encode()).hexdigest()
+def _seal(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def _short(error: Exception) -> str:

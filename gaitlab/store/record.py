@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
+VOLATILE = ("host", "finished", "wall_time")  # of the provenance: differs between equal runs
+VOLATILE_WIDTH = 512  # characters they are padded to, so that equal trials have equally long files
 State: TypeAlias = Literal["DONE", "INFEASIBLE", "FAILED"]
 Scalar: TypeAlias = float | int | bool | str | None
 
@@ -40,29 +42,38 @@ def finite(value: Scalar) -> Scalar:
     return value
 
 
-def to_json(record: TrialRecord) -> str:
-    """The record as one line of canonical JSON: sorted keys, no spaces, no NaN."""
+def to_json(record: TrialRecord) -> tuple[str, str]:
+    """The record as two lines of canonical JSON: what equal trials share, and the rest, padded."""
+    provenance = {name: finite(value) for name, value in record.provenance.items()}
     content = {
         "trial_id": record.trial_id,
         "state": record.state,
         "reason": record.reason,
         "trial": record.trial,
         "metrics": {name: finite(value) for name, value in record.metrics.items()},
-        "provenance": {name: finite(value) for name, value in record.provenance.items()},
+        "provenance": lasting(provenance),
     }
-    return canonical(content)
+    volatile = {name: value for name, value in provenance.items() if name in VOLATILE}
+    return canonical(content), canonical(volatile).ljust(VOLATILE_WIDTH)
 
 
-def from_json(text: str) -> TrialRecord:
+def from_json(text: str, volatile: str) -> TrialRecord:
     """The inverse of `to_json`.
 
     Raises:
         ValueError: If the text is no record.
     """
     try:
-        return TrialRecord(**json.loads(text))
-    except TypeError as error:
+        content = json.loads(text)
+        provenance = {**content.pop("provenance"), **json.loads(volatile)}
+        return TrialRecord(**content, provenance=provenance)
+    except (TypeError, KeyError, AttributeError) as error:
         raise ValueError(f"not a trial record: {error}") from error
+
+
+def lasting(provenance: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The provenance without what differs between two equal runs."""
+    return {name: finite(value) for name, value in provenance.items() if name not in VOLATILE}
 
 
 def canonical(content: object) -> str:

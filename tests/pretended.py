@@ -1,0 +1,64 @@
+"""A stand-in for the simulation: trials of real plans that end at once in every possible way."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gaitlab.dispatch import dispatch
+from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.store import Store, TrialRecord
+from tests import recorded
+
+
+def experiment(seeds: int = 1) -> Experiment:
+    """24 cells: two grounds, three step lengths, four sway amplitudes."""
+    return load_experiment(Path(__file__).parent / "data" / "pretended.yaml", seeds=seeds)
+
+
+def pretend(
+    trial_id: str, trial: Mapping[str, Any], store: Path, *, pause: float = 0.0, faults: bool = True
+) -> TrialRecord:
+    """Commit a made-up trial; on carpet some are infeasible and one crashes its worker."""
+    time.sleep(pause)
+    values, seed = trial["gait"]["values"], trial["seed"]
+    on_carpet = trial["names"]["surface"] == "carpet_4mm"
+    state = "DONE"
+    if on_carpet and faults and values["step_length"] == 0.08:
+        state = "INFEASIBLE"
+    if on_carpet and faults and values["step_length"] == 0.0 and values["lateral_sway"] == 0.01:
+        os._exit(3)
+    number = int(trial_id[:6], 16)
+    record = replace(
+        recorded.record(number, state),
+        trial_id=trial_id,
+        trial=trial,
+        provenance={"gaitlab_version": "0.1.0", "wall_time": time.monotonic()},
+    )
+    Store(store).commit(record, recorded.log(seed=seed) if state == "DONE" else None)
+    return record
+
+
+def pretend_slowly(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """As `pretend` without faults, in about a tenth of a second."""
+    return pretend(trial_id, trial, store, pause=0.1, faults=False)
+
+
+def pretend_well(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """As `pretend` without faults."""
+    return pretend(trial_id, trial, store, faults=False)
+
+
+if __name__ == "__main__":
+    import gaitlab.dispatch.sweep
+    from tests.pretended import pretend_slowly as task
+
+    gaitlab.dispatch.sweep.simulated = task
+    print("ready", flush=True)
+    summary = dispatch(experiment(), Store(Path(sys.argv[1])), jobs=2)
+    print(summary.planned, summary.done, summary.left, summary.interrupted, flush=True)

@@ -1,0 +1,186 @@
+"""Runs of real plans: idempotent, stoppable at any instant, and the same table in the end."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from gaitlab.dispatch import Silent, Summary, dispatch, outlook
+from gaitlab.errors import StoreError
+from gaitlab.plan import plan
+from gaitlab.store import Store
+from tests.pretended import experiment, pretend, pretend_well
+
+ROOT = Path(__file__).parent.parent
+CELLS = 24
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store(tmp_path / "data")
+
+
+@pytest.fixture
+def well(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+
+
+@pytest.fixture
+def faulty(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+
+
+def contents(store: Store) -> tuple[bytes, bytes, str]:
+    """Everything that must not depend on how a run went."""
+    folder = store.path / "experiments" / "pretended"
+    index, trials = store.path / "index.jsonl", folder / "trials.jsonl"
+    return index.read_bytes(), trials.read_bytes(), store.table("pretended").to_csv()
+
+
+@pytest.mark.usefixtures("well")
+def test_a_run_does_everything_once_and_then_nothing(store: Store) -> None:
+    first = dispatch(experiment(), store, jobs=0)
+    assert (first.planned, first.done, first.left) == (CELLS, CELLS, 0)
+    before = contents(store)
+    second = dispatch(experiment(), store, jobs=0)
+    assert (second.planned, second.cached, second.done) == (CELLS, CELLS, 0)
+    assert second.falls == first.falls > 0
+    assert contents(store) == before
+
+
+@pytest.mark.usefixtures("well")
+def test_workers_and_this_process_give_the_same_store(store: Store, tmp_path: Path) -> None:
+    other = Store(tmp_path / "other")
+    dispatch(experiment(), store, jobs=2)
+    dispatch(experiment(), other, jobs=0)
+    assert contents(store) == contents(other)
+
+
+@pytest.mark.usefixtures("well")
+def test_more_seeds_run_only_the_new_trials(store: Store) -> None:
+    dispatch(experiment(seeds=1), store, jobs=0)
+    summary = dispatch(experiment(seeds=2), store, jobs=0)
+    assert (summary.cached, summary.done) == (CELLS, CELLS)
+
+
+@pytest.mark.usefixtures("faulty")
+def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(store: Store) -> None:
+    first = dispatch(experiment(), store, jobs=2)
+    assert (first.done, first.infeasible, first.failed, first.left) == (19, 4, 1, 0)
+    failed = [key for key, state in store.states().items() if state == "FAILED"]
+    assert "exit code 3" in store.record(failed[0]).reason
+    assert outlook(experiment(), store).count("failed before") == 1
+    second = dispatch(experiment(), store, jobs=2)
+    assert (second.cached, second.failed, second.newly_failed) == (23, 1, 0)
+
+
+def test_failed_trials_run_again_when_asked_for(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    dispatch(experiment(), store, jobs=2)
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+    again = dispatch(experiment(), store, jobs=2, retry_failed=True)
+    assert (again.cached, again.done, again.failed) == (23, 1, 0)
+
+
+@pytest.mark.usefixtures("well")
+def test_a_damaged_trial_is_done_again(store: Store) -> None:
+    dispatch(experiment(), store, jobs=0)
+    before = contents(store)
+    path = store.file(next(iter(store.states())))
+    path.write_bytes(path.read_bytes()[:-100])
+    found = outlook(experiment(), store)
+    assert (found.count("damaged"), found.count("cached")) == (1, CELLS - 1)
+    assert dispatch(experiment(), store, jobs=0).done == 1
+    assert contents(store) == before
+
+
+def test_an_outlook_says_what_is_new_and_writes_nothing(store: Store) -> None:
+    found = outlook(experiment(seeds=3), store)
+    assert found.count("new") == found.planned == plan(experiment(seeds=3)).size == 3 * CELLS
+    assert not store.path.exists()
+
+
+@pytest.mark.usefixtures("well")
+def test_a_held_store_runs_nothing(store: Store) -> None:
+    with store.lock(), pytest.raises(StoreError, match="another run is using this store"):
+        dispatch(experiment(), store, jobs=0)
+    assert store.states() == {}
+
+
+@pytest.mark.usefixtures("well")
+def test_progress_counts_up_to_the_plan(store: Store) -> None:
+    seen: list[Summary] = []
+
+    class Watching(Silent):
+        def update(self, summary: Summary) -> None:
+            seen.append(summary)
+
+    dispatch(experiment(), store, jobs=0, progress=Watching())
+    assert [summary.left for summary in seen] == list(range(CELLS - 1, -1, -1))
+
+
+def driver(store: Store) -> subprocess.Popen[str]:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.pretended", str(store.path)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def wait_for_trials(store: Store, count: int) -> None:
+    end = time.monotonic() + 30.0
+    while len(list((store.path / "trials").glob("*/*.parquet"))) < count:
+        assert time.monotonic() < end, "the run does not come on"
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_first_signal_finishes_the_running_trials(store: Store, number: int) -> None:
+    with driver(store) as process:
+        wait_for_trials(store, 3)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=30.0)
+    planned, done, left, interrupted = out.split()
+    assert (process.returncode, int(planned), interrupted) == (0, CELLS, "True"), err
+    assert int(done) == len(store.states()) < CELLS
+    assert int(left) == CELLS - int(done)
+
+
+def test_the_second_ctrl_c_kills(store: Store) -> None:
+    with driver(store) as process:
+        wait_for_trials(store, 1)
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=30.0)
+    assert process.returncode != 0
+    assert "KeyboardInterrupt" in err
+
+
+@pytest.mark.usefixtures("well")
+def test_a_run_killed_again_and_again_ends_in_the_same_store(store: Store, tmp_path: Path) -> None:
+    undisturbed = Store(tmp_path / "undisturbed")
+    dispatch(experiment(), undisturbed, jobs=0)
+    for committed in (1, 6, 13):
+        with driver(store) as process:
+            wait_for_trials(store, committed)
+            process.kill()
+    kept = store.states()
+    summary = dispatch(experiment(), store, jobs=2)
+    assert summary.cached == len(kept) >= 13
+    assert summary.cached + summary.done == CELLS
+    assert contents(store) == contents(undisturbed)
+    assert list(store.path.rglob("*.tmp")) == []
