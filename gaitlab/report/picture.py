@@ -193,7 +193,7 @@ def filmstrip(
         for axes, stance, tick in zip(panels, stances, ticks, strict=True):
             draw_robot(axes, stance, surface, camera=camera, forces=forces)
             time = log["time"][tick] - log.header.startup_time
-            axes.set_title(f"{time:.2f} s", fontsize=9.0, weight="normal")
+            axes.set_title(f"{time:.2f} s", loc="center", fontsize=9.0, weight="normal")
         _same_scale(panels, stances, camera)
     return figure
 

@@ -1,0 +1,139 @@
+"""From an experiment file and a store to a page, with trials that nobody simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+from gaitlab.errors import UsageError
+from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.metrics import measure
+from gaitlab.plan import PlannedTrial, plan
+from gaitlab.report import write_report
+from gaitlab.report.gather import gather
+from gaitlab.store import Store, TrialRecord
+from tests.report.builder import walk_log
+
+PLAIN = """
+name: {name}
+title: Does {name} walk?
+robot: eros
+gait: {{type: eros, heel_strike: {heel}, landing_deceleration: {tail}}}
+surfaces: [grass_50mm, carpet_4mm]
+grid: {{gait.step_length: [0.0, 0.04, -0.04]}}
+seeds: 2
+report: {{compare: {compare}}}
+"""
+
+
+def experiment(folder: Path, name: str, *, optimised: bool) -> Experiment:
+    heel, tail, compare = (
+        ("add", "log_tail", "eros_table8") if optimised else ("none", "none", "eros_table7")
+    )
+    path = folder / f"{name}.yaml"
+    path.write_text(PLAIN.format(name=name, heel=heel, tail=tail, compare=compare))
+    return load_experiment(path)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store(tmp_path / "data")
+
+
+@pytest.fixture
+def both(tmp_path: Path) -> list[Experiment]:
+    return [
+        experiment(tmp_path, "plainly", optimised=False),
+        experiment(tmp_path, "cleverly", optimised=True),
+    ]
+
+
+def run(store: Store, asked: Experiment, trials: Iterable[PlannedTrial] | None = None) -> None:
+    """Commit walks that fall forward on grass without heel strike and stay up elsewhere."""
+    store.register(asked, plan(asked).trials())
+    for item in plan(asked).trials() if trials is None else trials:
+        falls = item.values["surface"] == "grass_50mm" and asked.name == "plainly"
+        log = walk_log(fall_at=3.0 if falls else None, seed=item.trial.seed)
+        record = TrialRecord(
+            trial_id=item.trial.id,
+            state="DONE",
+            reason="",
+            trial=item.trial.to_dict(),
+            metrics=measure(log),
+            provenance={"gaitlab_version": "0.1.0", "host": "lab|1", "wall_time": 1.5},
+        )
+        store.commit(record, log)
+        store.note(record)
+
+
+def test_without_a_trial_the_message_says_to_run_it(store: Store, both: list[Experiment]) -> None:
+    with pytest.raises(UsageError, match="gaitlab run plainly"):
+        write_report(both[:1], store, Path("nowhere"))
+
+
+def test_no_experiment_is_a_usage_error(store: Store) -> None:
+    with pytest.raises(UsageError):
+        write_report([], store)
+
+
+def test_a_finished_experiment_becomes_a_page(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0])
+    page = write_report(both[:1], store, tmp_path / "out")
+    text = page.read_text(encoding="utf-8")
+    assert page == tmp_path / "out" / "README.md"
+    assert text.startswith("# Does plainly walk?")
+    assert "Incomplete" not in text
+    assert "12 trials planned: 12 done" in text
+    assert "**S" not in text  # falls on 50 mm grass are what Table 7 prints ahead, but not standing
+    assert "lab|1" not in text
+
+
+def test_two_experiments_share_a_page_and_bring_a_variant_each(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    for asked in both:
+        run(store, asked)
+    results = gather(both, store)
+    assert [variant.compare for variant in results.variants] == ["eros_table7", "eros_table8"]
+    assert [len(results.done_of(variant)) for variant in results.variants] == [12, 12]
+    text = write_report(both, store, tmp_path / "out").read_text(encoding="utf-8")
+    assert "heel strike + landing deceleration" in text
+    assert "10 → 70 %" in text
+
+
+def test_half_a_sweep_is_reported_as_half(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0], list(plan(both[0]).trials())[:5])
+    text = write_report(both[:1], store, tmp_path / "out").read_text(encoding="utf-8")
+    assert "5 of 12 planned trials are in the store" in text
+
+
+def test_writing_again_changes_no_byte(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0])
+    pages = [write_report(both[:1], store, tmp_path / name) for name in ("a", "b")]
+    files = [{f.name: f.read_bytes() for f in page.parent.iterdir()} for page in pages]
+    assert files[0] == files[1]
+
+
+def test_a_trial_that_another_experiment_ran_counts_here_too(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0])
+    other = load_experiment(both[0].path, settings=("name=other", "seeds=1"))
+    assert set(gather([other], store).trials["state"]) == {"DONE"}
+
+
+def test_experiments_with_other_rows_do_not_share_a_page(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0])
+    other = load_experiment(both[1].path, settings=("report.rows=surface",))
+    with pytest.raises(UsageError, match="one by one"):
+        gather([both[0], other], store)
