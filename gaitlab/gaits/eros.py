@@ -79,15 +79,10 @@ def deceleration_increments(kind: str, increment: float, areas: int, gain: float
 
 
 def heel_pitch(difference: np.ndarray, heel_gain: float, limit: float) -> np.ndarray:
-    """Ankle pitch that heel strike adds, [Pristovani2018] eqs. (44) to (47); toe up is negative.
+    """Ankle pitch of heel strike, in [rad], [Pristovani2018] eqs. (44) to (47); toe up is negative.
 
-    Args:
-        difference: Height of the moving sole over the other, in [m]. Any shape.
-        heel_gain: C_H, in [m/rad].
-        limit: Largest toe-up angle, in [rad].
-
-    Returns:
-        -difference / C_H, not below -limit, in [rad]. Same shape.
+    `difference` is the moving sole's height over the other, in [m], `heel_gain` C_H, in [m/rad],
+    `limit` the largest toe-up angle, in [rad].
     """
     return -np.minimum(difference / heel_gain, limit)
 
@@ -97,6 +92,9 @@ class Gait:
     """The gait of [Pristovani2018] Figs. 18 and 19, with each of its optimisations on a switch.
 
     `hip_height` is the spread R of the leg, hip to ankle, plus the ankle's height over the sole.
+    The printed Z of 90 to 100 mm, if it is the apex H, asks for more speed than the servos have.
+    `match_period_of_deceleration` is the control that tells slower from decelerated: it walks
+    without deceleration, T evenly slowed so that the period is the decelerated one.
     """
 
     step_length: float = parameter(
@@ -108,12 +106,7 @@ class Gait:
         source="published: 8, 16 and 24 mm, and 0 to 24 of unclear unit in the tables",
     )
     step_height: float = parameter(
-        0.03,
-        unit="m",
-        low=0.0,
-        high=0.2,
-        doc="H, apex of the swing foot",
-        source="assumption: the published Z of 90 to 100 mm asks for more speed than servos have",
+        0.03, unit="m", low=0.0, high=0.2, doc="H, apex of the swing foot", source="assumption"
     )
     lateral_sway: float = parameter(
         0.015,
@@ -157,7 +150,7 @@ class Gait:
     x_law: Literal["printed", "quarter"] = parameter(
         "printed",
         unit="-",
-        doc="forward motion of a landing: 1 - cos(T) as printed, or sin(T), a quarter ellipse",
+        doc="forward share of a landing: 1 - cos(T) as printed, or sin(T), a quarter ellipse",
         source="published: eqs. (37) and (41); quarter is what the text describes",
     )
     heel_strike: Literal["none", "add", "literal"] = parameter(
@@ -167,7 +160,7 @@ class Gait:
         source="published: eqs. (46) and (47); add is a reconstruction",
     )
     heel_gain: float = parameter(
-        0.2865, unit="m/rad", low=0.02, high=5.0, doc="C_H", source="assumption: 5 mm a degree"
+        0.2865, unit="m/rad", low=0.02, high=5.0, doc="C_H, lift per toe-up", source="assumption"
     )
     push_off_sign: Literal[-1, 0, 1] = parameter(
         1,
@@ -179,10 +172,7 @@ class Gait:
         radians(20.0), unit="rad", low=0.0, high=0.7, doc="largest toe-up", source="assumption"
     )
     landing_deceleration: Literal["none", "log_tail", "log_front", "linear"] = parameter(
-        "none",
-        unit="-",
-        doc="law by which T slows down over the areas of a landing",
-        source="reconstruction: the equation is missing in print",
+        "none", unit="-", doc="how T slows in a landing", source="reconstruction: equation lost"
     )
     deceleration_areas: int = parameter(
         5, unit="-", low=2, high=100, doc="n, areas of a landing", source="assumption: try 3 to 10"
@@ -191,7 +181,7 @@ class Gait:
         0.7, unit="-", low=0.0, high=0.95, doc="C_DC, share lost at last", source="assumption"
     )
     match_period_of_deceleration: bool = parameter(
-        False, unit="-", doc="slow T evenly to the same period", source="reconstruction: a control"
+        False, unit="-", doc="slow T evenly to the same period", source="reconstruction"
     )
 
     @property
@@ -214,11 +204,10 @@ class Gait:
         tick = tick - self._stand_ticks
         count, place = np.divmod(tick, len(self.cycle.moving))
         cycle = Cycle(*(part[place] for part in self.cycle))
-        moving = cycle.moving & (tick >= 0)[:, None]
         sway, step = (np.clip((tick + 1) / len(self.cycle.moving) - k, 0.0, 1.0) for k in (0, 1))
         full = [self.step_length, self.lateral_sway, self.step_height]
         offset = cycle.shares * (np.stack([step, sway, sway], axis=-1) * full)[:, None]
-        swing = moving & (cycle.swing_angle < pi - ROUNDING)[:, None]
+        swing = cycle.moving & ((tick >= 0) & (cycle.swing_angle < pi - ROUNDING))[:, None]
         ankle_pitch, knee_only = self._heel(offset[..., 2], swing, cycle.swing_angle, sway)
         half, walking = len(self._angles[0]) + len(self._angles[1]), count >= 2
         return FeetPoses(
@@ -250,8 +239,8 @@ class Gait:
         difference = height - height[:, ::-1]
         pitch = sign[:, None] * heel_pitch(difference, self.heel_gain, self.toe_up_limit)
         airborne = np.clip(np.minimum(swing_angle, pi - swing_angle) / BLEND, 0.0, 1.0)
-        share = sway * airborne * np.maximum(landing, self.push_off_sign)
-        share = share * (self.heel_strike == "literal")
+        literal = self.heel_strike == "literal"
+        share = literal * sway * airborne * np.maximum(landing, self.push_off_sign)
         return np.where(swing, pitch, 0.0), np.where(swing, share[:, None], 0.0)
 
     @property
@@ -286,9 +275,9 @@ class Gait:
         increments = deceleration_increments(law, increment, areas, gain)
         lift = quarter_angles(increments[:1], self.x_law)
         landing = quarter_angles(increments, self.x_law)
-        if self.match_period_of_deceleration:
-            ticks = len(lift) + len(landing)
-            lift, landing = (_even(ticks // 2), _even(ticks - ticks // 2))
+        ticks = len(lift) + len(landing)
+        if self.match_period_of_deceleration and len(landing) > len(lift):
+            return _even(ticks // 2), _even(ticks - ticks // 2)
         return lift, landing
 
 
