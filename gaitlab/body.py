@@ -13,7 +13,6 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
@@ -230,7 +229,7 @@ class Tree:
 
     def index(self, name: str) -> int:
         """Position of a link in `links`."""
-        return [link.name for link in self.links].index(name)
+        return self._index[name]
 
     def poses(
         self, position: np.ndarray, rotation: np.ndarray, joint_position: np.ndarray
@@ -242,19 +241,46 @@ class Tree:
             rotation: Rotation matrix of the trunk link frame. Shape (n, 3, 3).
             joint_position: In the order of `joints`, in [rad]. Shape (n, joints).
         """
-        index: Mapping[str, int] = {link.name: i for i, link in enumerate(self.links)}
-        angles = iter(np.moveaxis(joint_position, -1, 0))
-        positions, rotations = [position], [rotation]
-        for link in self.links[1:]:
-            parent = index[str(link.parent)]
+        # Instants come last in memory, so that every operation runs over contiguous numbers.
+        n = len(position)
+        at, turned = np.empty((len(self.links), 3, n)), np.empty((len(self.links), 3, 3, n))
+        at[0], turned[0] = position.T, np.moveaxis(rotation, 0, -1)
+        angles = iter(joint_position.T)
+        for k, link in enumerate(self.links[1:], start=1):
+            parent = self._index[str(link.parent)]
             assert link.joint is not None  # only the trunk has none
-            positions.append(positions[parent] + rotations[parent] @ np.array(link.origin))
-            rotations.append(rotations[parent] @ axis_rotation(link.joint.axis, next(angles)))
-        return LinkPoses(np.stack(positions, axis=1), np.stack(rotations, axis=1))
+            at[k] = at[parent] + _along(turned[parent], link.origin)
+            _turn(turned[parent], link.joint.axis, next(angles), out=turned[k])
+        return LinkPoses(np.moveaxis(at, -1, 0), np.moveaxis(turned, -1, 0))
+
+    @cached_property
+    def _index(self) -> Mapping[str, int]:
+        return {link.name: k for k, link in enumerate(self.links)}
 
     def centre_of_mass(self, poses: LinkPoses) -> np.ndarray:
         """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
-        masses = np.array([link.mass for link in self.links])
-        local = np.array([link.box.centre for link in self.links])
-        centres = poses.position + np.einsum("nlij,lj->nli", poses.rotation, local)
-        return np.einsum("l,nli->ni", masses, centres) / masses.sum()
+        at, turned = np.moveaxis(poses.position, 0, -1), np.moveaxis(poses.rotation, 0, -1)
+        moment = sum(
+            link.mass * (at[k] + _along(turned[k], link.box.centre))
+            for k, link in enumerate(self.links)
+        )
+        return np.transpose(moment) / self.mass
+
+
+def _along(rotation: np.ndarray, vector: tuple[float, float, float]) -> np.ndarray:
+    """A constant vector turned by rotations (3, 3, n). Shape (3, n)."""
+    moved = np.zeros((3, rotation.shape[-1]))
+    for axis, length in enumerate(vector):
+        if length != 0.0:
+            moved += length * rotation[:, axis]
+    return moved
+
+
+def _turn(rotation: np.ndarray, axis: str, angle: np.ndarray, *, out: np.ndarray) -> None:
+    """Rotations (3, 3, n) followed by turns about a coordinate axis, which mix two columns."""
+    c, s = np.cos(angle), np.sin(angle)
+    i = "xyz".index(axis)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    out[:, i] = rotation[:, i]
+    out[:, j] = c * rotation[:, j] + s * rotation[:, k]
+    out[:, k] = c * rotation[:, k] - s * rotation[:, j]
