@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.written import GAIT
 
 from gaitlab import plugins
 from gaitlab.errors import FileError, GaitlabError, UnknownName
 from gaitlab.plugins import KINDS, code_digest, label, load_class, locate, names
+from tests.written import GAIT
 
 
 @pytest.mark.parametrize("kind", KINDS)

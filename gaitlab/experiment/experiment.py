@@ -211,6 +211,6 @@ def _digest(
         "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
         "axes": [[axis.paths, axis.rows] for axis in axes],
         "seeds": len(seeds) if isinstance(seeds, range) else seeds,
-        "report": values(report),
+        "report": values(replace(report, title="")),
     }
     return hashlib.sha256(canonical_json(content).encode()).hexdigest()

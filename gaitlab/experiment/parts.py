@@ -273,8 +273,11 @@ def _surface(node: Node) -> Surface:
 
 
 def _with_settings(surfaces: dict[str, Surface], node: Node | None) -> dict[str, Surface]:
-    if node is None or not node.mapping:
+    if node is None:
         return surfaces
+    if not node.mapping:
+        message = f"surface: found {node.found()}; expected a mapping of settings for every surface"
+        raise FileError([node.problem(message)])
     problems: list[Problem] = []
     for key, value in node.mapping.items():
         for name, surface in surfaces.items():

@@ -1,0 +1,84 @@
+"""Imports point down, and each heavy library has its one user."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "gaitlab"
+LEVELS = [
+    "errors plugins parameters documents kinematics provenance statistics reference",
+    "motion settings log body urdf fall surfaces servos",
+    "gaits robots metrics",
+    "trial experiment plan engine store",
+    "simulate report",
+    "run",
+    "executors worker",
+    "dispatch",
+    "cli",
+    "__main__",
+]
+LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names.split()}
+APART = ("gaits", "robots", "metrics")  # one file each, none imports a sibling
+OWNERS = {
+    "pybullet": {"engine"},
+    "pybullet_utils": {"engine"},
+    "pyarrow": {"store"},
+    "duckdb": {"store"},
+    "pydantic": {"documents"},
+    "ruamel": {"documents"},
+    "pebble": {"executors"},
+    "typer": {"cli"},
+    "rich": {"cli"},
+    "numba": {"surfaces", "servos"},
+    "matplotlib": {"report"},
+}
+FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
+
+
+def part_of(file: Path) -> str:
+    return file.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports(file: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: relative import"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def name_of(file: Path) -> str:
+    return str(file.relative_to(PACKAGE))
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_imports_point_down(file: Path) -> None:
+    inside = [name.split(".")[1] for name in imports(file) if name.startswith("gaitlab.")]
+    assert part_of(file) in LEVEL, f"{file.name} has no level; give it one above"
+    wrong = [name for name in inside if LEVEL.get(name, -1) > LEVEL[part_of(file)]]
+    assert not wrong, f"{file.name} on level {LEVEL[part_of(file)]} imports {wrong}"
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_a_heavy_library_has_one_user(file: Path) -> None:
+    outside = {name.split(".")[0] for name in imports(file)}
+    wrong = [name for name in outside & set(OWNERS) if part_of(file) not in OWNERS[name]]
+    assert not wrong, f"{file.name} imports {wrong}, which belong to {[OWNERS[w] for w in wrong]}"
+
+
+@pytest.mark.parametrize("part", APART)
+def test_gaits_robots_and_metrics_do_not_know_each_other(part: str) -> None:
+    files = [file for file in FILES if part_of(file) == part and file.name != "__init__.py"]
+    assert files
+    for file in files:
+        assert not [name for name in imports(file) if name.startswith(f"gaitlab.{part}.")]
+
+
+def test_the_rules_are_applied_to_real_imports() -> None:
+    assert "gaitlab.errors.GaitlabError" in set(imports(PACKAGE / "experiment" / "axes.py"))
+    assert len(FILES) > 30
