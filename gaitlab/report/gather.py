@@ -10,14 +10,16 @@ import pandas as pd
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.plan import plan
-from gaitlab.report.reference import published, table_of_optimisation
+from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
+from gaitlab.report.walks import STEP, SWAY
 from gaitlab.store import Store
 from gaitlab.trial import Trial, values
 
 MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
 OUTCOMES = ("stable", "stable_strict", "fell", "fall_direction", "fall_phase", "time_to_fall")
+COMPARED = (STEP, SWAY, *OPTIMISATION)  # what the printed tables and walks differ in
 NEEDED = ("reason", "distance", *OUTCOMES)  # columns that a store without a done trial lacks
 
 
@@ -72,7 +74,8 @@ def _planned(experiments: Sequence[Experiment], rows: str, columns: str) -> pd.D
                 f"{MOST_TRIALS}; split the grid"
             )
     bases = [_base(experiment) for experiment in experiments]
-    paths = dict.fromkeys((rows, columns, *_unshared(experiments, bases)))
+    asked = [path for path in COMPARED if path in bases[0]]
+    paths = dict.fromkeys((rows, columns, *asked, *_unshared(experiments, bases)))
     frame = pd.DataFrame(
         row
         for experiment, base in zip(experiments, bases, strict=True)
@@ -146,14 +149,12 @@ def _compared(
     """The variants with the printed table that their experiment sets them beside."""
     tables: dict[str, str | None] = {}
     for experiment in experiments:
-        labels = set(trials[trials["experiment"] == experiment.name]["variant"])
-        own = [variant for variant in variants if variant.label in labels]
-        tables.update(_tables(experiment, own))
+        tables |= _tables(experiment, trials[trials["experiment"] == experiment.name])
     return (replace(variant, compare=tables.get(variant.label)) for variant in variants)
 
 
-def _tables(experiment: Experiment, variants: Sequence[Variant]) -> dict[str, str | None]:
-    """Printed table of each variant of an experiment.
+def _tables(experiment: Experiment, trials: pd.DataFrame) -> dict[str, str | None]:
+    """Printed table by label of the variants of an experiment.
 
     A single variant is set beside the table that the file names. Of several, those without either
     half of the optimisation answer to Table 7, those with both to Table 8, the others to none.
@@ -162,7 +163,8 @@ def _tables(experiment: Experiment, variants: Sequence[Variant]) -> dict[str, st
     if name is None:
         return {}
     published(name)
-    if len(variants) == 1:
-        return {variants[0].label: name}
-    base = _base(experiment)
-    return {v.label: table_of_optimisation({**base, **v.values}) for v in variants}
+    firsts = trials.drop_duplicates("variant").to_dict("records")
+    if len(firsts) == 1:
+        return {str(firsts[0]["variant"]): name}
+    named = ({str(key): value for key, value in first.items()} for first in firsts)
+    return {str(first["variant"]): table_of_optimisation(first) for first in named}

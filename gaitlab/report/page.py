@@ -24,6 +24,7 @@ from gaitlab.report.pitch import pitch_caption, pitch_figure, pitch_panels, tell
 from gaitlab.report.provenance import Part, facts_table, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.sentences import sentences
+from gaitlab.report.walks import walks_table
 from gaitlab.report.words import plural
 
 
@@ -99,7 +100,9 @@ def _pitch(results: Results, folder: Path) -> str:
         return ""
     save(pitch_figure(panels), folder, "pitch")
     picture = image("Trunk pitch against time, one panel a variant", "pitch.png")
-    return section("Pitch against time", picture, pitch_caption(results, *place))
+    walks = walks_table(results)
+    beside = f"Beside the walks that the paper describes:\n\n{walks}" if walks else ""
+    return section("Pitch against time", picture, pitch_caption(results, *place), beside)
 
 
 def _falls(results: Results, folder: Path) -> str:

@@ -17,6 +17,7 @@ from gaitlab.report.provenance import seeds_text
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.sentences import paired, sentences
+from gaitlab.report.walks import walks_table
 from gaitlab.statistics import mcnemar
 from tests.report.builder import results_of, toy_trials, trial
 
@@ -212,3 +213,22 @@ def test_a_page_without_any_finished_trial_says_so(tmp_path: Path) -> None:
     text = write_page(results_of(trials), SOURCES, tmp_path).read_text(encoding="utf-8")
     assert "nothing can be said" in text
     assert "2 failed" in text
+
+
+def test_a_walk_that_the_paper_describes_stands_beside_it() -> None:
+    trials = [
+        {**trial(0.04, "grass_50mm", heel, seed, up=heel == "add"), "gait.lateral_sway": 0.045}
+        for heel in ("none", "add")
+        for seed in range(4)
+    ]
+    text = walks_table(results_of(trials))
+    plain, optimised = row(text, "plain"), row(text, "heel strike + landing deceleration")
+    assert (plain[0], plain[2], plain[4], plain[6]) == ("Fig 24", "± 19", "fell", "4.46")
+    assert (optimised[2], optimised[4]) == ("± 6", "did not fall")
+    assert plain[3].startswith("4/4, 100 %")
+    assert plain[1] == "± 5.73 [5.73, 5.73], n = 4"
+
+
+def test_another_sway_is_not_the_walk_of_the_paper() -> None:
+    trials = [{**trial(0.04, "grass_50mm", "none", 0), "gait.lateral_sway": 0.04}]
+    assert walks_table(results_of(trials)) == ""
