@@ -7,9 +7,10 @@ Everything that reads user files or prints help works from what is declared here
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, get_type_hints
+from functools import cache
+from typing import Any, cast, get_type_hints
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +62,16 @@ def parameters(cls: type, prefix: str = "") -> Iterator[Parameter]:
             yield Parameter(name=path, type=hint, default=item.default, **item.metadata)
         elif dataclasses.is_dataclass(hint) and isinstance(hint, type):
             yield from parameters(hint, f"{path}.")
+
+
+def parameter_table(cls: type) -> Mapping[str, Parameter]:
+    """Parameters of a dataclass by dotted path, remembered."""
+    return _parameter_table(cls)
+
+
+@cache
+def _parameter_table(cls: Hashable) -> Mapping[str, Parameter]:
+    return {item.name: item for item in parameters(cast(type, cls))}
 
 
 def get_path(owner: Any, path: str) -> Any:

@@ -16,10 +16,9 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gaitlab.body import Robot
-from gaitlab.documents import parameter_table
 from gaitlab.errors import WrongValue
 from gaitlab.motion import Gait
-from gaitlab.parameters import Parameter, get_path
+from gaitlab.parameters import Parameter, get_path, parameter_table
 from gaitlab.plugins import code_digest, is_shipped, load_class, locate
 from gaitlab.servos import Servo
 from gaitlab.settings import EngineSettings, Horizon, Spread

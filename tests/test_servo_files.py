@@ -6,8 +6,9 @@ from math import pi, radians
 
 import pytest
 
-from gaitlab.documents import load, parameter_table
+from gaitlab.documents import load
 from gaitlab.errors import FileError, UnknownName
+from gaitlab.parameters import parameter_table
 from gaitlab.plugins import locate, names
 from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo

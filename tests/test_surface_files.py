@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.documents import load, parameter_table
+from gaitlab.documents import load
 from gaitlab.errors import FileError, UnknownName
+from gaitlab.parameters import parameter_table
 from gaitlab.plugins import locate, names
 from gaitlab.surfaces import SURFACE_TYPES, FibreMat, RigidFloor, SoftLayer, TuftedPile
 from gaitlab.surfaces.files import load_surface

@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab import trial as trial_module
-from gaitlab.documents import parameter_table
 from gaitlab.errors import UnknownName, WrongValue
-from gaitlab.parameters import Parameter, get_path, set_path
+from gaitlab.parameters import Parameter, get_path, parameter_table, set_path
 from gaitlab.plugins import load_class
 from gaitlab.servos.files import load_servo
 from gaitlab.surfaces.files import load_surface

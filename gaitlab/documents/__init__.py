@@ -1,7 +1,9 @@
 """Files that a user writes: read with the place of every value, checked field by field."""
 
-from gaitlab.documents.fields import allowed, build, check, checked, parameter_table
-from gaitlab.documents.nodes import Node, dump, load, merged, parse, plain
+from gaitlab.documents.fields import build, check, checked
+from gaitlab.documents.loading import dump, load, parse
+from gaitlab.documents.messages import allowed
+from gaitlab.documents.nodes import Node, merged, plain
 
 __all__ = [
     "Node",
@@ -12,7 +14,6 @@ __all__ = [
     "dump",
     "load",
     "merged",
-    "parameter_table",
     "parse",
     "plain",
 ]

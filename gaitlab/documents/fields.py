@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Hashable, Mapping
 from functools import cache
-from math import isfinite, pi
 from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from pydantic import (
@@ -25,47 +24,15 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from gaitlab.documents.messages import allowed, expected_mapping, unknown_key, wrong_value
 from gaitlab.documents.nodes import Node, plain
 from gaitlab.errors import FileError, GaitlabError, Problem
-from gaitlab.parameters import Parameter, parameters
-from gaitlab.plugins import nearest, suggestion
+from gaitlab.parameters import Parameter, parameter_table
+from gaitlab.plugins import suggestion
 
 T = TypeVar("T")
 CONFIG = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
 DESCRIBED = ("value", "unit", "source")  # keys of a number with its origin
-SLIPS = {  # factor from what was probably meant to SI, by unit
-    "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
-    "rad": ((pi / 180.0, "degrees"),),
-    "rad/s": ((pi / 180.0, "degrees a second"), (pi / 30.0, "turns a minute")),
-    "s": ((1e-3, "milliseconds"),),
-    "kg": ((1e-3, "grams"),),
-}
-
-
-def parameter_table(cls: type) -> Mapping[str, Parameter]:
-    """Parameters of a dataclass by dotted path."""
-    return _parameter_table(cls)
-
-
-@cache
-def _parameter_table(cls: Hashable) -> Mapping[str, Parameter]:
-    return {item.name: item for item in parameters(cast(type, cls))}
-
-
-def allowed(item: Parameter) -> str:
-    """What a parameter takes, in words."""
-    if get_origin(item.type) is Literal:
-        return f"one of {', '.join(str(choice) for choice in get_args(item.type))}"
-    if item.type is bool:
-        return "true or false"
-    if item.type not in (int, float):
-        return "a list" if get_origin(item.type) is tuple else "text"
-    kind = "a whole number" if item.type is int else "a number"
-    unit = "" if item.unit == "-" else f" {item.unit}"
-    low, high = (None if bound is None else f"{bound:g}" for bound in (item.low, item.high))
-    if low is not None and high is not None:
-        return f"{kind} from {low} to {high}{unit}"
-    return f"{kind}{f' of at least {low}' if low else f' of at most {high}' if high else ''}{unit}"
 
 
 def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
@@ -82,7 +49,7 @@ def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
     if node.value is None:
         node = Node(file=node.file, line=node.line, column=node.column, value={})
     if not isinstance(node.value, Mapping):
-        raise FileError([node.problem(_expected_mapping(cls, node))])
+        raise FileError([node.problem(expected_mapping(cls, node))])
     bare, problems, wrong = _without_origins(cls, node.without(*skip), "")
     try:
         model = _model(cast(type, cls), False).model_validate(_input(cls, bare))
@@ -118,9 +85,7 @@ def check(item: Parameter, node: Node) -> Any:
         return _adapter(item.type, item.low, item.high).validate_python(plain(node))
     except ValidationError as error:
         detail = error.errors(include_url=False, include_input=False)[0]
-        raise FileError(
-            [_at(node, detail).problem(_wrong_value(item, _at(node, detail)))]
-        ) from None
+        raise FileError([_at(node, detail).problem(wrong_value(item, _at(node, detail)))]) from None
 
 
 @cache
@@ -260,14 +225,14 @@ def _problem(cls: type, root: Node, detail: ErrorDetails) -> Problem:
     node = _at(root, detail)
     if detail["type"] == "extra_forbidden":
         parent, _, name = path.rpartition(".")
-        return _unknown_key(cls, root, parent, name)
+        return unknown_key(cls, root, parent, name)
     if detail["type"] == "missing":
         item = parameter_table(cls).get(path)
         wanted = f" ({item.doc}): {allowed(item)}" if item else ""
         return node.problem(f"{path!r} is missing{wanted}; add `{path.split('.')[-1]}: ...`")
     if path in parameter_table(cls):
-        return node.problem(_wrong_value(parameter_table(cls)[path], node))
-    return node.problem(_expected_mapping(cls, node, path))
+        return node.problem(wrong_value(parameter_table(cls)[path], node))
+    return node.problem(expected_mapping(cls, node, path))
 
 
 def _path(detail: ErrorDetails) -> str:
@@ -283,51 +248,3 @@ def _at(root: Node, detail: ErrorDetails) -> Node:
         elif isinstance(part, int) and part < len(node.items):
             node = node.items[part]
     return node
-
-
-def _unknown_key(cls: type, root: Node, parent: str, name: str) -> Problem:
-    owner = root
-    for part in filter(None, parent.split(".")):
-        owner = owner.mapping[part]
-    prefix = f"{parent}." if parent else ""
-    known = {
-        path.removeprefix(prefix).split(".")[0]: None
-        for path in parameter_table(cls)
-        if path.startswith(prefix)
-    }
-    where = f" in {parent!r}" if parent else ""
-    return owner.keys[name].problem(f"unknown key {name!r}{where}{suggestion(name, known)}")
-
-
-def _expected_mapping(cls: type, node: Node, path: str = "") -> str:
-    what = f"{path}: " if path else ""
-    names = list(
-        dict.fromkeys(
-            key.removeprefix(f"{path}.").split(".")[0]
-            for key in parameter_table(cls)
-            if not path or key.startswith(f"{path}.")
-        )
-    )
-    return f"{what}found {node.found()}; expected a mapping with any of: {', '.join(names)}"
-
-
-def _wrong_value(item: Parameter, node: Node) -> str:
-    unit = "" if item.unit == "-" or not isinstance(node.value, int | float) else f" {item.unit}"
-    found = f"{item.name}: found {node.found()}{'' if isinstance(node.value, bool) else unit}"
-    choice = ""
-    if get_origin(item.type) is Literal and isinstance(node.value, str):
-        choice = nearest(node.value, map(str, get_args(item.type)))
-    return f"{found}; allowed is {allowed(item)} ({item.doc}){choice or _slip(item, node.value)}"
-
-
-def _slip(item: Parameter, value: object) -> str:
-    """What was probably meant when a number fits in another unit."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        return ""
-    low = -float("inf") if item.low is None else item.low
-    high = float("inf") if item.high is None else item.high
-    for factor, unit in SLIPS.get(item.unit, ()):
-        if value and low <= value * factor <= high:
-            meant = f"{value:g} {unit} are written {value * factor:.4g}"
-            return f"; units are SI: {meant}"
-    return ""

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from gaitlab.documents import Node, build, dump, plain
 from gaitlab.errors import FileError, Problem, UnknownName, UsageError
+from gaitlab.experiment.assembly import read_parts
 from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
-from gaitlab.experiment.parts import Parts, read_parts
+from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.plugins import PACKAGE, is_file_name, locate, suggestion

@@ -1,0 +1,214 @@
+"""YAML as a tree of values that know where they stand. Loading never runs code.
+
+YAML 1.2, so `1e-3` is a number, `no` is text and `012` is twelve. Tags, merge keys and
+directives are refused; anchors are allowed as long as they do not multiply.
+
+References:
+    YAML-1.2: YAML Ain't Markup Language, version 1.2, revision 1.2.2, 2021.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, ScalarNode
+from ruamel.yaml.nodes import Node as YamlNode
+from ruamel.yaml.reader import ReaderError
+
+from gaitlab.documents.nodes import Node, Scalar
+from gaitlab.errors import FileError, Problem
+
+LARGEST_FILE = 2**20  # bytes; a grid of 10^5 written values, far beyond any experiment
+MOST_VALUES = 200_000  # nodes after anchors are followed, against files that multiply
+DEEPEST = 20  # levels; an experiment needs five
+LONGEST_NUMBER = 60  # characters of one number
+TAG = "tag:yaml.org,2002:"
+
+
+def dump(data: object) -> str:
+    """Plain data as YAML text in block style, keys in order."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    stream = io.StringIO()
+    yaml.dump(_listed(data), stream)
+    return stream.getvalue()
+
+
+def _listed(data: object) -> object:
+    if isinstance(data, Mapping):
+        return {key: _listed(value) for key, value in data.items()}
+    return [_listed(value) for value in data] if isinstance(data, tuple | list) else data
+
+
+def load(path: Path) -> Node:
+    """Root mapping of a YAML file.
+
+    Raises:
+        FileError: If it cannot be read, is not YAML or holds no mapping; says where.
+    """
+    node = parse(_text(path), path)
+    if not isinstance(node.value, Mapping) or not node.value:
+        what = "the file is empty" if node.value in (None, {}) else f"found {node.found()}"
+        raise FileError([node.problem(f"{what}; expected lines of the form `key: value`")])
+    return node
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.is_dir():
+            raise _whole(path, "is a directory; give a .yaml file in it")
+        raw = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _whole(path, f"cannot be read: {reason}; check the name and the folder") from error
+    if len(raw) > LARGEST_FILE:
+        raise _whole(path, f"has {len(raw)} bytes; at most {LARGEST_FILE} are allowed")
+    return _decoded(path, raw)
+
+
+def _decoded(path: Path, raw: bytes) -> str:
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = raw[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        message = f"byte {raw[error.start]:#04x} is not text; save the file as UTF-8 YAML"
+        raise FileError([Problem(file=path, line=line, column=column, message=message)]) from error
+
+
+def _whole(path: Path, message: str) -> FileError:
+    return FileError([Problem(file=path, line=None, column=None, message=message)])
+
+
+def parse(text: str, file: Path, *, placed: bool = True) -> Node:
+    """Tree of a YAML text; `placed` is False for a value from the command line.
+
+    Raises:
+        FileError: If the text is not the YAML that is allowed here.
+    """
+    directive = re.match(r"(?:\s*#.*\n|\s*\n)*%", text)
+    if directive:
+        line = text[: directive.end()].count("\n") + 1
+        message = "a %-directive; files are YAML 1.2 without directives, delete the line"
+        raise FileError([Problem(file=file, line=line, column=1, message=message)])
+    try:
+        root = YAML(typ="safe", pure=True).compose(text)
+    except YAMLError as error:
+        problem = _syntax_problem(error, file, text)
+        raise FileError([problem if placed else _unplaced(problem)]) from error
+    except RecursionError as error:
+        raise _whole(file, f"is nested too deep; at most {DEEPEST} levels are allowed") from error
+    if root is None:
+        return Node(file=file, line=1 if placed else None, column=1 if placed else None, value=None)
+    return _Reader(file, placed).node(root, 0)
+
+
+def _control_character(error: ReaderError, file: Path, text: str) -> Problem:
+    before = text[: error.position]
+    line, column = before.count("\n") + 1, error.position - before.rfind("\n")
+    message = "a control character, which is no text; save the file as UTF-8 YAML"
+    return Problem(file=file, line=line, column=column, message=message)
+
+
+def _syntax_problem(error: YAMLError, file: Path, text: str) -> Problem:
+    if isinstance(error, ReaderError):
+        return _control_character(error, file, text)
+    if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
+        message = f"not YAML: {str(error).splitlines()[0]}; check brackets, colons and indentation"
+        return Problem(file=file, line=None, column=None, message=message)
+    mark = error.problem_mark
+    advice = "check brackets, colons and indentation"
+    if "\\t" in str(error.problem) or "tab" in str(error.problem):
+        advice = "YAML is indented with spaces, never with tabs"
+    message = f"not YAML: {error.problem}; {advice}"
+    return Problem(file=file, line=mark.line + 1, column=mark.column + 1, message=message)
+
+
+def _unplaced(problem: Problem) -> Problem:
+    return Problem(file=problem.file, line=None, column=None, message=problem.message)
+
+
+class _Reader:
+    """Turns the nodes of the YAML library into ours and refuses what is not wanted."""
+
+    def __init__(self, file: Path, placed: bool) -> None:
+        self.file, self.placed, self.count = file, placed, 0
+
+    def node(self, source: YamlNode, depth: int) -> Node:
+        self.count += 1
+        if depth > DEEPEST:
+            raise self.wrong(source, f"nested too deep; at most {DEEPEST} levels are allowed")
+        if self.count > MOST_VALUES:
+            raise self.wrong(source, f"anchors expand to over {MOST_VALUES} values; write fewer")
+        if isinstance(source, MappingNode):
+            return self.mapping(source, depth)
+        if isinstance(source, ScalarNode):
+            return self.placed_node(source, self.scalar(source))
+        self.tag(source, "seq")
+        return self.placed_node(source, tuple(self.node(n, depth + 1) for n in source.value))
+
+    def mapping(self, source: MappingNode, depth: int) -> Node:
+        self.tag(source, "map")
+        values: dict[str, Node] = {}
+        keys: dict[str, Node] = {}
+        for key_source, value_source in source.value:
+            key = self.key(key_source)
+            name = str(key.value)
+            if name in keys:
+                first = f" (first in line {keys[name].line})" if self.placed else ""
+                raise FileError([key.problem(f"duplicate key {name!r}{first}; keep one of them")])
+            value = self.node(value_source, depth + 1)
+            # A value left empty has the place of whatever comes next; its key is nearer.
+            empty = value_source.start_mark.index == value_source.end_mark.index
+            keys[name], values[name] = key, key.holding(value) if empty else value
+        node = self.placed_node(source, values)
+        return Node(file=node.file, line=node.line, column=node.column, value=values, keys=keys)
+
+    def key(self, source: YamlNode) -> Node:
+        if source.tag == f"{TAG}merge":
+            raise self.wrong(source, "merge keys (<<) are not read; use `include: file.yaml`")
+        if not isinstance(source, ScalarNode) or source.tag != f"{TAG}str":
+            raise self.wrong(source, "a key is a name, such as step_height; write it as text")
+        return self.placed_node(source, source.value)
+
+    def scalar(self, source: ScalarNode) -> Scalar:
+        short = str(source.tag).removeprefix(TAG)
+        if short in ("str", "timestamp"):
+            return str(source.value)
+        if short == "null":
+            return None
+        if short == "bool":
+            return str(source.value).lower() == "true"
+        if short in ("int", "float"):
+            return self.number(source)
+        raise self.wrong(source, f"the tag {source.tag} is not allowed; write the value alone")
+
+    def number(self, source: ScalarNode) -> int | float:
+        text = str(source.value).replace("_", "").lower()
+        if len(text) > LONGEST_NUMBER:
+            raise self.wrong(source, f"a number of {len(text)} digits; write it shorter")
+        if text.lstrip("+-") in (".inf", ".nan"):
+            return float(text.replace(".", ""))
+        if str(source.tag) == f"{TAG}float":
+            return float(text)
+        prefixed = text.lstrip("+-").startswith(("0x", "0o", "0b"))
+        return int(text, 0 if prefixed else 10)
+
+    def tag(self, source: YamlNode, wanted: str) -> None:
+        if source.tag != f"{TAG}{wanted}":
+            raise self.wrong(source, f"the tag {source.tag} is not allowed; write the value alone")
+
+    def placed_node(self, source: YamlNode, value: Scalar | tuple[Node, ...] | dict) -> Node:
+        if not self.placed:
+            return Node(file=self.file, value=value)
+        mark = source.start_mark
+        return Node(file=self.file, line=mark.line + 1, column=mark.column + 1, value=value)
+
+    def wrong(self, source: YamlNode, message: str) -> FileError:
+        return FileError([self.placed_node(source, None).problem(message)])

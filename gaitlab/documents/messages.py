@@ -1,0 +1,86 @@
+"""What a message says of a wrong value: found, allowed, meaning, nearest."""
+
+from __future__ import annotations
+
+from math import isfinite, pi
+from typing import Literal, get_args, get_origin
+
+from gaitlab.documents.nodes import Node
+from gaitlab.errors import Problem
+from gaitlab.parameters import Parameter, parameter_table
+from gaitlab.plugins import nearest, suggestion
+
+SLIPS = {  # factor from what was probably meant to SI, by unit
+    "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
+    "rad": ((pi / 180.0, "degrees"),),
+    "rad/s": ((pi / 180.0, "degrees a second"), (pi / 30.0, "turns a minute")),
+    "s": ((1e-3, "milliseconds"),),
+    "kg": ((1e-3, "grams"),),
+}
+
+
+def allowed(item: Parameter) -> str:
+    """What a parameter takes, in words."""
+    if get_origin(item.type) is Literal:
+        return f"one of {', '.join(str(choice) for choice in get_args(item.type))}"
+    if item.type is bool:
+        return "true or false"
+    if item.type not in (int, float):
+        return "a list" if get_origin(item.type) is tuple else "text"
+    kind = "a whole number" if item.type is int else "a number"
+    unit = "" if item.unit == "-" else f" {item.unit}"
+    low, high = (None if bound is None else f"{bound:g}" for bound in (item.low, item.high))
+    if low is not None and high is not None:
+        return f"{kind} from {low} to {high}{unit}"
+    return f"{kind}{f' of at least {low}' if low else f' of at most {high}' if high else ''}{unit}"
+
+
+def unknown_key(cls: type, root: Node, parent: str, name: str) -> Problem:
+    """A key that nothing is called by, at its place."""
+    owner = root
+    for part in filter(None, parent.split(".")):
+        owner = owner.mapping[part]
+    prefix = f"{parent}." if parent else ""
+    known = {
+        path.removeprefix(prefix).split(".")[0]: None
+        for path in parameter_table(cls)
+        if path.startswith(prefix)
+    }
+    where = f" in {parent!r}" if parent else ""
+    return owner.keys[name].problem(f"unknown key {name!r}{where}{suggestion(name, known)}")
+
+
+def expected_mapping(cls: type, node: Node, path: str = "") -> str:
+    """What stands where a mapping should, and its keys."""
+    what = f"{path}: " if path else ""
+    names = list(
+        dict.fromkeys(
+            key.removeprefix(f"{path}.").split(".")[0]
+            for key in parameter_table(cls)
+            if not path or key.startswith(f"{path}.")
+        )
+    )
+    return f"{what}found {node.found()}; expected a mapping with any of: {', '.join(names)}"
+
+
+def wrong_value(item: Parameter, node: Node) -> str:
+    """What was found, what is allowed, what it means and what was probably meant."""
+    unit = "" if item.unit == "-" or not isinstance(node.value, int | float) else f" {item.unit}"
+    found = f"{item.name}: found {node.found()}{'' if isinstance(node.value, bool) else unit}"
+    choice = ""
+    if get_origin(item.type) is Literal and isinstance(node.value, str):
+        choice = nearest(node.value, map(str, get_args(item.type)))
+    return f"{found}; allowed is {allowed(item)} ({item.doc}){choice or _slip(item, node.value)}"
+
+
+def _slip(item: Parameter, value: object) -> str:
+    """What was probably meant when a number fits in another unit."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        return ""
+    low = -float("inf") if item.low is None else item.low
+    high = float("inf") if item.high is None else item.high
+    for factor, unit in SLIPS.get(item.unit, ()):
+        if value and low <= value * factor <= high:
+            meant = f"{value:g} {unit} are written {value * factor:.4g}"
+            return f"; units are SI: {meant}"
+    return ""

@@ -1,0 +1,193 @@
+"""The sections of an experiment file put together to robot, gait, grounds and servos."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, TypeVar
+
+from gaitlab.documents import Node, build, check, checked
+from gaitlab.errors import FileError, Problem, UnknownName, WrongValue
+from gaitlab.experiment.parts import SERVO_TYPE, Parts, Value, changed, servo_type
+from gaitlab.experiment.schema import Sections
+from gaitlab.parameters import parameter_table
+from gaitlab.plugins import label, load_class, names, suggestion
+from gaitlab.servos import Servo
+from gaitlab.surfaces import Surface
+from gaitlab.surfaces.files import load_surface
+from gaitlab.trial import Plugin, plugin
+
+T = TypeVar("T")
+
+
+def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
+    """Parts of an experiment; everything wrong in any of them is reported together.
+
+    Args:
+        sections: The file's sections.
+        varied: First value of every varied path, for parameters that only the grid gives.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    problems: list[Problem] = []
+    robot = _collected(problems, lambda: _plugged("robot", sections.robot, varied))
+    gait = _collected(problems, lambda: _plugged("gait", sections.gait, varied))
+    surfaces = _collected(problems, lambda: read_surfaces(sections))
+    servo = _collected(problems, lambda: read_servo(sections.servo))
+    if robot is None or gait is None or surfaces is None or servo is None:
+        raise FileError(problems)
+    parts = Parts(
+        robot=robot[0],
+        robot_code=robot[1],
+        gait=gait[0],
+        gait_code=gait[1],
+        surfaces=surfaces,
+        servo=servo,
+        engine=sections.engine,
+        horizon=sections.horizon,
+        spread=sections.spread,
+    )
+    checked(sections.servo or sections.robot, lambda: parts.servos({}))
+    return parts
+
+
+def _collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
+    try:
+        return read()
+    except FileError as error:
+        problems += error.problems
+        return None
+
+
+def _plugged(
+    kind: Literal["gait", "robot"], node: Node, varied: Mapping[str, Node]
+) -> tuple[Any, Plugin]:
+    name = _type_of(kind, node)
+    code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
+    cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
+    return build(cls, _completed(cls, kind, node, varied)), code
+
+
+def _type_of(kind: Literal["gait", "robot", "servo"], node: Node) -> Node:
+    name = node.mapping.get("type")
+    if name is None:
+        known = ", ".join(names(kind))
+        message = f"{kind}: found {node.found()}; expected a name or `type:` with one of: {known}"
+        raise FileError([node.problem(message)])
+    if not isinstance(name.value, str):
+        message = f"{kind}: found {name.found()}{suggestion('', names(kind))}"
+        raise FileError([name.problem(message)])
+    return name
+
+
+def _completed(cls: type, kind: str, node: Node, varied: Mapping[str, Node]) -> Node:
+    """Required parameters that only the grid gives start at the first of its values."""
+    lacking = {
+        path: varied[f"{kind}.{path}"]
+        for path, item in parameter_table(cls).items()
+        if item.default is dataclasses.MISSING and f"{kind}.{path}" in varied
+    }
+    return node.replaced(**{p: n for p, n in lacking.items() if p not in node.mapping})
+
+
+def read_surfaces(sections: Sections) -> dict[str, Surface]:
+    """Surfaces by label, each with the section `surface` applied.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    problems: list[Problem] = []
+    found: dict[str, Surface] = {}
+    for node in _listed(sections.surfaces):
+        surface = _collected(problems, lambda node=node: _surface(node))  # type: ignore[misc]
+        if label(str(node.value)) in found:
+            message = f"surfaces: {label(str(node.value))!r} is listed twice; keep one of them"
+            problems.append(node.problem(message))
+        if surface is not None:
+            found[label(str(node.value))] = surface
+    if problems:
+        raise FileError(problems)
+    return _with_settings(found, sections.surface)
+
+
+def _listed(node: Node) -> tuple[Node, ...]:
+    if not node.items:
+        what = "an empty list" if node.value == () else node.found()
+        known = ", ".join(names("surface"))
+        message = f"surfaces: found {what}; expected a list of names or files. Known: {known}"
+        raise FileError([node.problem(message)])
+    return node.items
+
+
+def _surface(node: Node) -> Surface:
+    if not isinstance(node.value, str):
+        known = ", ".join(names("surface"))
+        message = f"surfaces: found {node.found()}; expected a name or a file. Known: {known}"
+        raise FileError([node.problem(message)])
+    name = node.value
+    return checked(node, lambda: load_surface(name, node.folder))
+
+
+def _with_settings(surfaces: dict[str, Surface], node: Node | None) -> dict[str, Surface]:
+    if node is None:
+        return surfaces
+    if not node.mapping:
+        message = f"surface: found {node.found()}; expected a mapping of settings for every surface"
+        raise FileError([node.problem(message)])
+    problems: list[Problem] = []
+    for key, value in node.mapping.items():
+        for name, surface in surfaces.items():
+            try:
+                surfaces[name] = _with_setting(name, surface, key, value)
+            except FileError as error:
+                problems += error.problems
+            except WrongValue as error:
+                problems.append(node.keys[key].problem(str(error)))
+    if problems:
+        raise FileError(list(dict.fromkeys(problems)))
+    return surfaces
+
+
+def _with_setting(name: str, surface: Surface, key: str, node: Node) -> Surface:
+    table = parameter_table(type(surface))
+    if key not in table:
+        raise WrongValue(
+            f"surface: {key!r} is no parameter of {name}, a surface of type {surface.type!r}"
+            f"{suggestion(key, table)}"
+        )
+    value = check(table[key], node)
+    return checked(node, lambda: changed(surface, {key: value}))
+
+
+def read_servo(node: Node | None) -> dict[str, Value]:
+    """Settings of the section `servo`, checked.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    if node is None:
+        return {}
+    if not isinstance(node.value, Mapping):
+        message = f"servo: found {node.found()}; expected a name, or a mapping of settings"
+        raise FileError([node.problem(message)])
+    problems: list[Problem] = []
+    found: dict[str, Value] = {}
+    for key, value in node.mapping.items():
+        try:
+            found[key] = _servo_setting(key, value)
+        except FileError as error:
+            problems += error.problems
+        except UnknownName as error:
+            problems.append(node.keys[key].problem(str(error)))
+    if problems:
+        raise FileError(problems)
+    return found
+
+
+def _servo_setting(key: str, node: Node) -> Value:
+    table = {"type": SERVO_TYPE, **parameter_table(Servo)}
+    if key not in table:
+        raise UnknownName(f"servo: unknown key {key!r}{suggestion(key, table)}")
+    value: Value = check(dataclasses.replace(table[key], name=f"servo.{key}"), node)
+    return servo_type(node, str(value)) if key == "type" else value
