@@ -37,7 +37,6 @@ def run(
             "-j",
             "--jobs",
             metavar="N",
-            min=0,
             help="Worker processes, one a core by default; 0 runs in this process.",
         ),
     ] = None,
@@ -68,7 +67,7 @@ def run(
     from gaitlab.store import Store
 
     wanted = load_experiment(experiment, settings=settings or (), seeds=seeds)
-    results, workers = Store(store), _cores() if jobs is None else jobs
+    results, workers = Store(store), _workers(jobs)
     planned = plan(wanted)
     _refuse_large(cost(planned, planned.size, workers), yes)
     if dry_run:
@@ -86,6 +85,12 @@ def run(
     again = _arguments(experiment, settings, seeds, store)
     say(_summary_json(summary) if as_json else _summary_text(summary, again))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
+
+
+def _workers(jobs: int | None) -> int:
+    if jobs is not None and jobs < 0:
+        raise UsageError(f"--jobs {jobs}: allowed is 0 (this process) or a number of processes")
+    return _cores() if jobs is None else jobs
 
 
 def _cores() -> int:
