@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import Literal
 
 from gaitlab.errors import FileError, Problem, UnknownName
+from gaitlab.parameters import parameter_table
 
 Kind = Literal["gait", "robot", "metric", "servo", "surface", "experiment"]
 KINDS: tuple[Kind, ...] = ("gait", "robot", "metric", "servo", "surface", "experiment")
@@ -40,6 +41,10 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "servo": (".yaml", ".yml"),
     "surface": (".yaml", ".yml"),
     "experiment": (".yaml", ".yml"),
+}
+MEMBERS: dict[str, tuple[str, ...]] = {  # of the protocols in `motion` and `body`
+    "gait": ("step_length", "hip_height", "gait_period", "startup_time", "feet"),
+    "robot": ("name", "feet", "tree", "sole", "joint_targets", "hip_offset"),
 }
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
@@ -165,7 +170,22 @@ def load_class(kind: Literal["gait", "robot"], name: str, relative_to: Path | No
             f"holds no dataclass called {kind.capitalize()}; a {kind} file defines "
             f"`@dataclass(frozen=True, kw_only=True) class {kind.capitalize()}`",
         )
+    _require_members(kind, path, found)
     return found
+
+
+def _require_members(kind: Literal["gait", "robot"], path: Path, cls: type) -> None:
+    """Refuse a class that the simulation would trip over later."""
+    try:
+        fields = {name.partition(".")[0] for name in parameter_table(cls)}
+    except (NameError, TypeError) as error:
+        message = f"has a field whose type cannot be read: {error}; mend its annotation"
+        raise _wrong_file(path, None, message) from error
+    fields |= {item.name for item in dataclasses.fields(cls)}
+    lacking = [name for name in MEMBERS[kind] if name not in fields and not hasattr(cls, name)]
+    if lacking:
+        needs = f"a {kind} has {', '.join(MEMBERS[kind])}"
+        raise _wrong_file(path, None, f"the class lacks {', '.join(lacking)}; {needs}")
 
 
 def _user_module(path: Path) -> ModuleType:

@@ -131,6 +131,8 @@ def test_python_is_not_run_before_it_is_named(tmp_path: Path) -> None:
         ("x = 1\n", "", "holds no dataclass called Gait"),
         ("class Gait:\n    pass\n", "", "holds no dataclass called Gait"),
         ("\0", "", "does not load"),
+        (GAIT.replace("def feet", "def foot"), "", "the class lacks feet; a gait has step_length"),
+        (GAIT.replace("areas: int", "areas: Integer"), "", "whose type cannot be read"),
     ],
 )
 def test_a_users_file_that_does_not_load_is_named_with_its_line(tmp_path, text, place, words):

@@ -26,7 +26,9 @@ def allowed(item: Parameter) -> str:
     if item.type is bool:
         return "true or false"
     if item.type not in (int, float):
-        return "a list" if get_origin(item.type) is tuple else "text"
+        section = item.type is Node or Node in get_args(item.type)
+        listed = "a list" if get_origin(item.type) is tuple else "text"
+        return "a section of the file" if section else listed
     kind = "a whole number" if item.type is int else "a number"
     unit = "" if item.unit == "-" else f" {item.unit}"
     low, high = (None if bound is None else f"{bound:g}" for bound in (item.low, item.high))
