@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TextIO
 
 from gaitlab.executors.executor import Job
 from gaitlab.executors.worker import Task, serve
@@ -62,7 +61,7 @@ class Child:
 
     def answer(self) -> TrialRecord | Exception | str | None:
         """Record or exception of the job, how it was lost, or None while it runs."""
-        found = self._received()
+        found: TrialRecord | Exception | str | None = self._received()
         if found is None and not self.alive:
             found = self._received() or self._death()
         elif found is None and time.monotonic() >= self.deadline:
@@ -97,13 +96,9 @@ class Child:
         return f"time-out: not done within {timeout:.0f} s{self._last_words()}"
 
     def _last_words(self) -> str:
-        lines = _tail(self._output)
+        self._output.seek(0)
+        lines = self._output.read().splitlines()[-LAST_WORDS:]
         return "".join(f"\n{line}" for line in lines)
-
-
-def _tail(output: TextIO) -> list[str]:
-    output.seek(0)
-    return output.read().splitlines()[-LAST_WORDS:]
 
 
 @contextmanager
