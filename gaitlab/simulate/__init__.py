@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from math import ceil, hypot
+from math import ceil, hypot, isfinite
 
 import numpy as np
 
 from gaitlab.engine import Engine, TickState
+from gaitlab.errors import GaitlabError
 from gaitlab.fall import FallDetector
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
 from gaitlab.servos.law import torque_limit
@@ -25,6 +26,7 @@ def simulate(trial: Trial) -> TrialLog:
 
     Raises:
         Infeasible: If the robot cannot take a commanded pose; nothing was simulated.
+        GaitlabError: If the simulation leaves the numbers; the trial has no result.
     """
     header = _header(trial)
     feet = trial.gait.feet(np.arange(_ticks(trial)) * header.dt)
@@ -56,6 +58,8 @@ def _walk(
         state = engine.state()
         touching = recording.touches_ground(state)
         upright, height = _trunk(state, centre)
+        if not isfinite(height):
+            raise GaitlabError(f"the simulation blew up at tick {recording.length}")
         cause = falling.update(upright, touching, height)
         recording.put(state, engine.plough, touching, cause)
         if cause or arrival.reached(state, recording.length):

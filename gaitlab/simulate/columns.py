@@ -7,17 +7,13 @@ from collections.abc import Iterable
 import numpy as np
 
 from gaitlab.body import LinkPoses, Robot
-from gaitlab.kinematics.attitude import (
-    quaternion_from_rotation,
-    roll_pitch_yaw,
-    rotation_from_quaternion,
-)
 from gaitlab.kinematics.polygon import support_margin
-from gaitlab.log import FEET, FSRS, GRAVITY, LogHeader, TrialLog
+from gaitlab.kinematics.transforms import quaternion_of, roll_pitch_yaw, rotation_of
+from gaitlab.log import FEET, FSRS, LogHeader, TrialLog
 from gaitlab.motion import FeetPoses
-from gaitlab.simulate.recording import Recording
+from gaitlab.simulate.recording import Contacts, Recording
 
-LOADED = 0.01  # share of the weight; a sole that carries less counts as in the air
+LOADED = 0.05  # share of the weight; a sole that carries less counts as in the air
 
 Columns = dict[str, np.ndarray]
 
@@ -51,7 +47,7 @@ def log_of(
         "fall_cause": recording.fall_cause[:n],
         "body_contact": recording.body_contact[:n],
         **_trunk_columns(recording, robot, poses),
-        **_zmp_columns(contacts, robot, poses, loaded, n),
+        **_zmp_columns(contacts, robot, poses, loaded),
         **soles,
         **_joint_columns(recording, header, targets[:n]),
     }
@@ -65,7 +61,7 @@ def _named(name: str, axes: Iterable[str], table: np.ndarray) -> Columns:
 def _link_poses(recording: Recording, robot: Robot) -> LinkPoses:
     """Link poses from the trunk's centre of mass, which Bullet gives, and the joint positions."""
     n = recording.length
-    rotation = rotation_from_quaternion(recording.base[:n, 3:7])
+    rotation = rotation_of(recording.base[:n, 3:7])
     centre = np.array(robot.tree.links[0].box.centre)
     origin = recording.base[:n, 0:3] - rotation @ centre
     return robot.tree.poses(origin, rotation, recording.joints[:n, 0])
@@ -85,65 +81,55 @@ def _trunk_columns(recording: Recording, robot: Robot, poses: LinkPoses) -> Colu
 
 
 def _sole_columns(
-    recording: Recording, robot: Robot, header: LogHeader, poses: LinkPoses, contacts: np.ndarray
+    recording: Recording, robot: Robot, header: LogHeader, poses: LinkPoses, contacts: Contacts
 ) -> Columns:
     columns: Columns = {}
     for side, foot in enumerate(FEET):
         link = robot.tree.index(robot.feet[side])
         position, rotation = poses.position[:, link], poses.rotation[:, link]
-        own = contacts[contacts[:, 1] == side]
-        columns |= _one_sole(
-            f"{foot}_foot_", robot, header, position, rotation, own, recording.plough[:, side]
-        )
+        name, own = f"{foot}_foot_", contacts.of(side)
+        plough = recording.plough[: recording.length, side]
+        columns |= _pose_columns(name, robot, header, position, rotation)
+        columns |= _force_columns(name, header, own, plough)
+        columns |= _fsr_columns(f"{name}fsr_", robot, position, rotation, own)
     return columns
 
 
-def _one_sole(
-    name: str,
-    robot: Robot,
-    header: LogHeader,
-    position: np.ndarray,
-    rotation: np.ndarray,
-    contacts: np.ndarray,
-    plough: np.ndarray,
+def _pose_columns(
+    name: str, robot: Robot, header: LogHeader, position: np.ndarray, rotation: np.ndarray
 ) -> Columns:
-    n, ticks = len(position), contacts[:, 0].astype(int)
     corners = position[:, None] + robot.sole.corners() @ np.swapaxes(rotation, 1, 2)
-    normal = np.bincount(ticks, contacts[:, 5], n)
-    force = plough[:n] + np.stack(
-        [np.bincount(ticks, _friction(contacts, axis), n) for axis in range(2)], axis=-1
-    )
     return {
         **_named(name, "xyz", position + rotation @ np.array(robot.sole.centre)),
-        **_named(f"{name}q", "xyzw", quaternion_from_rotation(rotation)),
-        f"{name}normal_force": normal,
-        **_named(f"{name}force_", "xy", force),
+        **_named(f"{name}q", "xyzw", quaternion_of(rotation)),
         f"{name}sink": header.pile_height - corners[..., 2].min(axis=1),
-        f"{name}plough_force": np.hypot(*plough[:n].T),
-        f"{name}contact": normal > LOADED * header.mass * GRAVITY,
-        **_fsr_columns(f"{name}fsr_", robot, position, rotation, contacts),
     }
 
 
-def _friction(contacts: np.ndarray, axis: int) -> np.ndarray:
-    """Horizontal force of each contact point along world x or y, in [N]. Shape (points,)."""
-    return contacts[:, 6] * contacts[:, 7 + axis] + contacts[:, 9] * contacts[:, 10 + axis]
+def _force_columns(name: str, header: LogHeader, contacts: Contacts, plough: np.ndarray) -> Columns:
+    n = len(plough)
+    force = np.stack([contacts.total(contacts.force[:, a], n) for a in range(3)], axis=-1)
+    return {
+        f"{name}normal_force": force[:, 2],
+        **_named(f"{name}force_", "xy", force[:, :2] + plough),
+        f"{name}plough_force": np.hypot(*plough.T),
+        f"{name}contact": force[:, 2] > LOADED * header.weight,
+    }
 
 
 def _fsr_columns(
-    name: str, robot: Robot, position: np.ndarray, rotation: np.ndarray, contacts: np.ndarray
+    name: str, robot: Robot, position: np.ndarray, rotation: np.ndarray, contacts: Contacts
 ) -> Columns:
     """Vertical load on the quarters of the sole; a point on a dividing line is shared."""
-    ticks = contacts[:, 0].astype(int)
-    from_centre = contacts[:, 2:5] - position[ticks]
-    local = np.einsum("pji,pj->pi", rotation[ticks], from_centre) - np.array(robot.sole.centre)
-    front = _share(local[:, 0], robot.sole.length)
-    left = _share(local[:, 1], robot.sole.width)
+    from_ankle = contacts.position - position[contacts.tick]
+    turned = np.einsum("pji,pj->pi", rotation[contacts.tick], from_ankle)
+    local = turned - np.array(robot.sole.centre)
+    front, left = _share(local[:, 0], robot.sole.length), _share(local[:, 1], robot.sole.width)
     along = {"front": front, "rear": 1.0 - front}
     across = {"left": left, "right": 1.0 - left}
     parts = ((fsr, *fsr.split("_")) for fsr in FSRS)
     return {
-        name + fsr: np.bincount(ticks, contacts[:, 5] * along[a] * across[b], len(position))
+        name + fsr: contacts.total(contacts.force[:, 2] * along[a] * across[b], len(position))
         for fsr, a, b in parts
     }
 
@@ -153,26 +139,17 @@ def _share(coordinate: np.ndarray, extent: float) -> np.ndarray:
     return np.where(np.abs(coordinate) < 0.01 * extent, 0.5, coordinate > 0.0)
 
 
-def _zmp_columns(
-    contacts: np.ndarray, robot: Robot, poses: LinkPoses, loaded: np.ndarray, n: int
-) -> Columns:
+def _zmp_columns(contacts: Contacts, robot: Robot, poses: LinkPoses, loaded: np.ndarray) -> Columns:
     """ZMP from the contact forces, on the load-weighted mean height of the contact points.
 
     The plough force is left out: its lever is a few millimetres.
     """
-    ticks, normal = contacts[:, 0].astype(int), contacts[:, 5]
-    total = np.bincount(ticks, normal, n)
-    total = np.where(loaded.any(axis=1), total, np.nan)
-    height = np.bincount(ticks, normal * contacts[:, 4], n) / total
-    lever = contacts[:, 4] - height[ticks]
-    zmp = np.stack(
-        [
-            np.bincount(ticks, normal * contacts[:, 2 + a] - lever * _friction(contacts, a), n)
-            / total
-            for a in range(2)
-        ],
-        axis=-1,
-    )
+    n, normal = len(loaded), contacts.force[:, 2]
+    total = np.where(loaded.any(axis=1), contacts.total(normal, n), np.nan)
+    height = contacts.total(normal * contacts.position[:, 2], n) / total
+    lever = contacts.position[:, 2] - height[contacts.tick]
+    moments = normal[:, None] * contacts.position[:, :2] - lever[:, None] * contacts.force[:, :2]
+    zmp = np.stack([contacts.total(moments[:, a], n) / total for a in range(2)], axis=-1)
     margin = support_margin(zmp, _sole_corners(robot, poses), loaded)
     return {**_named("zmp_", "xy", zmp), "zmp_margin": margin}
 

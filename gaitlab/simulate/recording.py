@@ -3,13 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitlab.engine import TickState
 
 CHUNK = 500  # ticks of contact points kept as Python tuples before they become an array
-CONTACT_FIELDS = 12  # tick, side, position, normal force, two friction forces with directions
+CONTACT_FIELDS = 17  # tick, side, position, then three forces with their directions
+
+
+class Contacts(NamedTuple):
+    """Contact points under the soles.
+
+    Attributes:
+        tick: Index of the tick. Shape (points,).
+        side: 0 left, 1 right. Shape (points,).
+        position: Point on the sole, world frame, in [m]. Shape (points, 3).
+        force: Force on the robot, world frame, in [N]. Shape (points, 3).
+    """
+
+    tick: np.ndarray
+    side: np.ndarray
+    position: np.ndarray
+    force: np.ndarray
+
+    def of(self, side: int) -> Contacts:
+        """The points under one sole."""
+        return Contacts(*(part[self.side == side] for part in self))
+
+    def total(self, weights: np.ndarray, ticks: int) -> np.ndarray:
+        """Sum of a quantity of the points at each tick. Shapes (points,) to (ticks,)."""
+        return np.bincount(self.tick, weights, ticks)
 
 
 class Recording:
@@ -56,7 +81,7 @@ class Recording:
         self.plough[k] = plough
         self.body_contact[k], self.fall_cause[k] = body_contact, fall_cause
         self._points += [
-            (k, sides[p[3]], *p[5], p[9], p[10], *p[11][:2], p[12], *p[13][:2])
+            (k, sides[p[3]], *p[5], p[9], *p[7], p[10], *p[11], p[12], *p[13])
             for p in state.contacts
             if p[3] in sides
         ]
@@ -69,8 +94,14 @@ class Recording:
             self._chunks.append(np.array(self._points))
             self._points = []
 
-    def contacts(self) -> np.ndarray:
-        """Contact points of the soles: tick, side, position [m], normal force [N], then twice a
-        friction force [N] and the x and y of its direction. Shape (points, 12)."""
+    def contacts(self) -> Contacts:
+        """Contact points of the soles, in the order of the ticks."""
         self._pack()
-        return np.concatenate(self._chunks)
+        rows = np.concatenate(self._chunks)
+        force = sum(rows[:, i, None] * rows[:, i + 1 : i + 4] for i in (5, 9, 13))
+        return Contacts(
+            tick=rows[:, 0].astype(int),
+            side=rows[:, 1].astype(int),
+            position=rows[:, 2:5],
+            force=np.asarray(force),
+        )

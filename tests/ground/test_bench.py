@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench import AREA, GRAVITY, PEDESTALS, Bench, Sled, surface
+from tests.ground.bench import AREA, GRAVITY, PEDESTALS, Bench, Sled, surface
 
 from gaitlab.settings import Spread
 from gaitlab.surfaces import TuftedPile
