@@ -18,7 +18,9 @@ from gaitlab.store.durable import PARTIAL, append, write_durably
 from gaitlab.store.parquet import Unreadable, read_record
 from gaitlab.store.record import Scalar, State, TrialRecord, canonical, finite, lasting
 
-TRIAL_FILE = re.compile(r"([0-9a-f]{32})\.parquet")
+ENDING = ".parquet"
+TRIAL_FILE = re.compile(r"[0-9a-f]{32}\.parquet")
+ID_END = 32 + len(ENDING)  # characters at the end of a path that hold the trial's id
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,11 +100,13 @@ def reconcile(trials: Path, known: Mapping[str, Entry]) -> Index:
     """What the trials' files say, taking from `known` whatever is still there unchanged."""
     entries: dict[str, Entry] = {}
     unreadable: list[Unreadable] = []
-    for path, size in sorted(_files(trials)):
-        item = known.get(path.stem)
-        if item is not None and item.size == size and TRIAL_FILE.fullmatch(path.name):
-            entries[item.trial_id] = item
+    for name, size in sorted(_files(trials)):  # text: a hundred thousand Paths take seconds
+        path_id = name[-ID_END:].removesuffix(ENDING)
+        item = known.get(path_id)
+        if item is not None and item.size == size and name.endswith(_tail(path_id)):
+            entries[path_id] = item
             continue
+        path = Path(name)
         try:
             entries[path.stem] = _read_entry(path, size)
         except FileNotFoundError:
@@ -120,7 +124,12 @@ def _read_entry(path: Path, size: int) -> Entry:
     return entry(read_record(path), size)
 
 
-def _files(trials: Path) -> Iterator[tuple[Path, int]]:
+def _tail(trial_id: str) -> str:
+    """How the path of a trial's file ends."""
+    return f"{os.sep}{trial_id[:2]}{os.sep}{trial_id}{ENDING}"
+
+
+def _files(trials: Path) -> Iterator[tuple[str, int]]:
     if not trials.is_dir():
         return
     with os.scandir(trials) as folders:
@@ -128,14 +137,14 @@ def _files(trials: Path) -> Iterator[tuple[Path, int]]:
             yield from _files_in(folder)
 
 
-def _files_in(folder: os.DirEntry[str]) -> Iterator[tuple[Path, int]]:
+def _files_in(folder: os.DirEntry[str]) -> Iterator[tuple[str, int]]:
     if not folder.is_dir():
-        yield Path(folder.path), folder.stat(follow_symlinks=False).st_size
+        yield folder.path, folder.stat(follow_symlinks=False).st_size
         return
     with os.scandir(folder.path) as files:
         for file in files:
             if not file.name.endswith(PARTIAL) and not file.is_dir():
-                yield Path(file.path), file.stat(follow_symlinks=False).st_size
+                yield file.path, file.stat(follow_symlinks=False).st_size
 
 
 def _parse(line: bytes) -> Entry | None:
