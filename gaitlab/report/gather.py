@@ -14,6 +14,7 @@ from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisat
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
 from gaitlab.report.walks import STEP, SWAY
+from gaitlab.report.words import plural
 from gaitlab.store import Store
 from gaitlab.trial import Trial, values
 
@@ -43,13 +44,14 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     trials["variant"] = labels
     return Results(
         title=first.report.title or first.title or first.name,
-        question=" ".join(e.description for e in experiments if e.description),
+        question=" ".join(e.description for e in experiments if e.description) or _question(trials),
         rows=rows,
         columns=columns,
         variants=tuple(_compared(experiments, trials, variants)),
         reading=first.report.distance_reading,
         trials=trials,
         log=store.log,
+        trial=lambda trial_id: Trial.from_dict(store.record(trial_id).trial),
     )
 
 
@@ -91,6 +93,15 @@ def _rows(
         named = {"trial_id": item.trial.id, "experiment": experiment.name, "seed": item.trial.seed}
         known = {**base, **item.values}
         yield {**named, "surface": item.values["surface"], **{p: known.get(p) for p in paths}}
+
+
+def _question(trials: pd.DataFrame) -> str:
+    """What was asked, said from the plan, when the file does not say it."""
+    grounds, seeds = trials["surface"].nunique(), trials["seed"].nunique()
+    return (
+        f"Which of {plural(len(trials), 'planned walk')} on {plural(grounds, 'ground')}, with "
+        f"{plural(seeds, 'seed')} each, keep the robot on its feet?"
+    )
 
 
 def base_trial(experiment: Experiment) -> Trial:

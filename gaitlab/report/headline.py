@@ -142,8 +142,8 @@ from its Jeffreys posterior); the intervals of shares are Wilson's. All hold 95 
 
 PAPER_ROWS = """\
 The paper's rows read without → with optimisation: the percentages its text states, those counted
-from its printed tables (10 cells a pedestal), and those counted over the cells that
-are also here."""
+from its printed tables (10 cells a pedestal), and those counted over the cells that are here
+too."""
 
 
 def seeds_text(results: Results) -> str:

@@ -24,6 +24,7 @@ from gaitlab.report.pitch import pitch_caption, pitch_figure, pitch_panels, tell
 from gaitlab.report.provenance import Part, facts_table, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.sentences import sentences
+from gaitlab.report.strip import strip_blocks
 from gaitlab.report.walks import walks_table
 from gaitlab.report.words import plural
 
@@ -35,11 +36,13 @@ class Sources:
     Attributes:
         facts: Name and Markdown text of each fact.
         parts: Things with parameters.
+        grounds: Table of the grounds.
         command: What makes the page again.
     """
 
     facts: dict[str, str]
     parts: Sequence[Part]
+    grounds: str
     command: str
 
 
@@ -112,7 +115,9 @@ def _falls(results: Results, folder: Path) -> str:
         picture = image("Falls over the gait phase, one histogram a variant", "fall_phase.png")
     why = reasons(results)
     unplanned = f"### Trials without a result\n\n{why}" if why else ""
-    return section("Falls", falls_table(results), picture, unplanned)
+    return section(
+        "Falls", falls_table(results), picture, *strip_blocks(results, folder), unplanned
+    )
 
 
 def _metrics(results: Results) -> str:
@@ -123,4 +128,5 @@ def _metrics(results: Results) -> str:
 
 def _provenance(sources: Sources) -> str:
     again = f"This page again:\n\n{fenced(sources.command, 'sh')}"
-    return section("Provenance", facts_table(sources.facts), again, part_tables(sources.parts))
+    parts = part_tables(sources.parts)
+    return section("Provenance", facts_table(sources.facts), again, parts, sources.grounds)

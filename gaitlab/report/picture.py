@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from gaitlab.body import Link, LinkPoses, Sole, Tree
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import TrialLog
-from gaitlab.report.figure_style import INK, VERMILLION, new_figure, style
+from gaitlab.report.figure_style import INK, TEXT_WIDTH, VERMILLION, new_figure, style
 from gaitlab.report.lawn import Footprint, Patch, ground_faces
 from gaitlab.report.scene import Camera, Faces, box_faces, disc, paint
 from gaitlab.surfaces.surface import Surface
@@ -22,6 +22,8 @@ SIDE = Camera(azimuth=radians(-66.0), elevation=radians(13.0))
 ALUMINIUM, DARK, ORANGE = "#C9D1D8", "#3A4148", "#E08A1E"
 MARGIN = 0.07  # m, ground around what stands on it
 NARROWEST = (0.36, 0.30)  # m, smallest piece of ground, along x and y
+LONGEST = 1.0  # m, piece of ground that the frames of a strip share
+PANEL = 2.2  # in, widest frame of a strip
 SCALE_BAR = 0.1  # m
 HORN = 0.011  # m, radius of the drawn servo horn
 FORCE_SCALE = 0.004  # m/N, length of a drawn force
@@ -82,6 +84,7 @@ def draw_robot(
     patch: Patch | None = None,
     camera: Camera = SIDE,
     forces: bool = False,
+    scale_bar: bool = True,
 ) -> None:
     """A robot standing in its grass, with a bar of 10 cm along the front edge of the board.
 
@@ -92,11 +95,13 @@ def draw_robot(
         patch: Piece of ground to show; by default what the robot covers and a margin.
         camera: Where to look from.
         forces: Draw the load on the soles.
+        scale_bar: Draw the bar of 10 cm.
     """
     patch = patch or patch_below([stance])
     ground = ground_faces(surface, patch, stance.footprints(), camera)
     paint(axes, camera, [*ground, *_robot_faces(stance)])
-    _scale_bar(axes, patch, camera)
+    if scale_bar:
+        _scale_bar(axes, patch, camera)
     if forces and stance.forces is not None:
         _force_arrows(axes, stance, camera)
     axes.set_aspect("equal")
@@ -182,35 +187,57 @@ def filmstrip(
     surface: Surface,
     ticks: Sequence[int],
     *,
+    feet: tuple[str, str] = ("left_foot", "right_foot"),
     camera: Camera = SIDE,
     forces: bool = False,
 ) -> Figure:
-    """Instants of one trial side by side at one scale, each above the ground it stands on."""
-    stances = [stance_at(log, tree, sole, tick) for tick in ticks]
+    """Instants of one trial side by side at one scale.
+
+    Above one piece of ground while that is no longer than `LONGEST`, else each above its own.
+    """
+    stances = [stance_at(log, tree, sole, tick, feet) for tick in ticks]
+    patches = _patches(stances)
+    bounds = [_bounds(s, p, camera) for s, p in zip(stances, patches, strict=True)]
+    width, height = np.max([box[1] - box[0] for box in bounds], axis=0)
+    across = min(PANEL, TEXT_WIDTH * 1.25 / len(ticks))
     with style():
-        figure = new_figure(width=2.1 * len(ticks), height=2.9)
+        figure = new_figure(across * len(ticks), across * height / width + 0.3)
         panels = np.atleast_1d(figure.subplots(1, len(ticks)))
-        for axes, stance, tick in zip(panels, stances, ticks, strict=True):
-            draw_robot(axes, stance, surface, camera=camera, forces=forces)
+        for axes, stance, patch, tick in zip(panels, stances, patches, ticks, strict=True):
+            first = axes is panels[0]
+            draw_robot(
+                axes,
+                stance,
+                surface,
+                patch=patch,
+                camera=camera,
+                forces=forces,
+                scale_bar=first,
+            )
             time = log["time"][tick] - log.header.startup_time
             axes.set_title(f"{time:.2f} s", loc="center", fontsize=9.0, weight="normal")
-        _same_scale(panels, stances, camera)
+        _same_scale(panels, bounds)
     return figure
 
 
-def _same_scale(panels: Iterable[Axes], stances: Sequence[Stance], camera: Camera) -> None:
+def _patches(stances: Sequence[Stance]) -> list[Patch]:
+    common = patch_below(stances)
+    if common.size[0] <= LONGEST:
+        return [common] * len(stances)
+    return [patch_below([stance]) for stance in stances]
+
+
+def _same_scale(panels: Iterable[Axes], bounds: Sequence[np.ndarray]) -> None:
     """Every panel as wide and high as the largest, its own ground in the middle."""
-    bounds = np.array([_bounds(stance, camera) for stance in stances])
-    middle = 0.5 * (bounds[:, 0] + bounds[:, 1])
-    half = 0.5 * (bounds[:, 1] - bounds[:, 0]).max(axis=0)
-    for axes, (x, _), low in zip(panels, middle, bounds[:, 0, 1], strict=True):
-        axes.set_xlim(x - half[0], x + half[0])
-        axes.set_ylim(low, low + 2.0 * half[1])
+    half = 0.5 * np.max([box[1] - box[0] for box in bounds], axis=0)
+    for axes, (low, high) in zip(panels, bounds, strict=True):
+        middle = 0.5 * (low[0] + high[0])
+        axes.set_xlim(middle - half[0], middle + half[0])
+        axes.set_ylim(low[1], low[1] + 2.0 * half[1])
 
 
-def _bounds(stance: Stance, camera: Camera) -> np.ndarray:
+def _bounds(stance: Stance, patch: Patch, camera: Camera) -> np.ndarray:
     """Lower left and upper right of all that is drawn. Shape (2, 2)."""
-    patch = patch_below([stance])
     board = np.array([[x, y, -0.05] for x in patch.x for y in patch.y])
     seen = camera.see(np.concatenate([stance.corners(), board]))[:, :2]
     return np.stack([seen.min(axis=0) - 0.01, seen.max(axis=0) + 0.01])
@@ -222,5 +249,5 @@ def portrait(stance: Stance, surface: Surface, *, camera: Camera = SIDE) -> Figu
         figure = new_figure(width=5.0, height=5.2)
         axes = figure.subplots()
         draw_robot(axes, stance, surface, camera=camera)
-        _same_scale([axes], [stance], camera)
+        _same_scale([axes], [_bounds(stance, patch_below([stance]), camera)])
     return figure

@@ -9,6 +9,7 @@ from typing import Any
 from gaitlab.parameters import Parameter, get_path, parameters
 from gaitlab.report.markdown import code, escape, table
 from gaitlab.report.variants import value_text
+from gaitlab.surfaces import Surface
 
 UNPUBLISHED = ("assumption", "reconstruction")
 # Differ from run to run without a result changing, so the page would.
@@ -38,7 +39,7 @@ class Part:
 
     @property
     def unpublished(self) -> int:
-        """Parameters at a default that nobody published and that the experiment does not vary."""
+        """Parameters whose default nobody published and that the experiment does not vary."""
         return sum(self._is_unpublished(item) for item in self.parameters())
 
     def _is_unpublished(self, item: Parameter) -> bool:
@@ -65,10 +66,46 @@ class Part:
     def _source(self, item: Parameter, value: object) -> str:
         if f"{self.path}.{item.name}" in self.varied:
             return ""
-        if value != item.default and item.source:
-            return "set by the experiment"
         text = escape(item.source)
+        if value != item.default and item.source:
+            text = "set by the experiment"
+        return (
+            f"**{text}, nobody published it**"
+            if self._hides(item, text)
+            else self._bold(item, text)
+        )
+
+    def _hides(self, item: Parameter, text: str) -> bool:
+        return self._is_unpublished(item) and not text.lower().startswith(UNPUBLISHED)
+
+    def _bold(self, item: Parameter, text: str) -> str:
         return f"**{text}**" if self._is_unpublished(item) else text
+
+
+def ground_table(grounds: Mapping[str, Surface]) -> str:
+    """Every ground with its numbers, one column each; their sources stand in their files."""
+    items: dict[str, Parameter] = {}
+    for surface in grounds.values():
+        items |= {item.name: item for item in parameters(type(surface))}
+    rows = [_ground_row(item, list(grounds.values())) for item in items.values()]
+    kinds = ["`type`", "", *(surface.type for surface in grounds.values())]
+    header = ["parameter", "unit", *map(escape, grounds)]
+    numbers = table(header, [kinds, *rows], "ll" + "r" * len(grounds))
+    return (
+        f"### grounds\n\nThe source of every number stands in the file of its ground.\n\n{numbers}"
+    )
+
+
+def _ground_row(item: Parameter, grounds: Sequence[Surface]) -> list[str]:
+    values = [getattr(surface, item.name, None) for surface in grounds]
+    owned = [item.name in {p.name for p in parameters(type(surface))} for surface in grounds]
+    shown = [value_text(v) if own else "" for v, own in zip(values, owned, strict=True)]
+    return [code(item.name), unit_text(item.unit), *map(escape, shown)]
+
+
+def unit_text(unit: str) -> str:
+    """A unit in a table; a ratio has none."""
+    return "" if unit == "-" else escape(unit)
 
 
 def part_tables(parts: Sequence[Part]) -> str:

@@ -12,6 +12,7 @@ from gaitlab.log import TrialLog
 from gaitlab.report.reference import DistanceReading
 from gaitlab.report.scores import EMPTY, Cell, cell_of
 from gaitlab.report.variants import Value, Variant
+from gaitlab.trial import Trial
 
 ONE_ROW = "all"  # column of a table whose rows are not asked for
 
@@ -31,6 +32,7 @@ class Results:
             varied parameter under its dotted path, and `variant`, the label; the state of a trial
             that is not in the store is MISSING.
         log: The log of a trial by its id.
+        trial: The trial itself by its id.
     """
 
     title: str
@@ -41,6 +43,7 @@ class Results:
     reading: DistanceReading
     trials: pd.DataFrame
     log: Callable[[str], TrialLog]
+    trial: Callable[[str], Trial]
 
     @property
     def row_values(self) -> tuple[Value, ...]:

@@ -9,12 +9,13 @@ import pandas as pd
 
 from gaitlab.experiment import Experiment
 from gaitlab.report.gather import base_trial
-from gaitlab.report.markdown import code, escape
+from gaitlab.report.markdown import code
 from gaitlab.report.page import Sources
-from gaitlab.report.provenance import Part, common_values, seeds_text
+from gaitlab.report.provenance import Part, common_values, ground_table, seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
 from gaitlab.store import Store
+from gaitlab.surfaces import Surface
 from gaitlab.trial import PHYSICS_VERSION, Trial
 
 PROVENANCE = ("gaitlab_version", "pybullet_version", "numpy_version", "python_version", "platform")
@@ -26,6 +27,7 @@ def sources(experiments: Sequence[Experiment], store: Store, results: Results) -
     return Sources(
         facts=_facts(experiments, results),
         parts=list(_parts(experiments, results)),
+        grounds=ground_table(_grounds(experiments)),
         command=_command(experiments, store),
     )
 
@@ -56,7 +58,7 @@ def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str
         "trials": f"{plural(len(results.trials), 'trial')} planned: {', '.join(counts)}",
         "seeds": seeds_text(int(seed) for seed in results.trials["seed"]),
         "physics version": str(PHYSICS_VERSION),
-        **{escape(k).replace("_", " "): v for k, v in common_values(_records(results)).items()},
+        **{k.replace("_", " "): v for k, v in common_values(_records(results)).items()},
     }
 
 
@@ -76,11 +78,16 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part
     yield Part(title=f"robot {trial.names.robot}", path="robot", value=trial.robot, varied=varied)
     for name, servo in _servos(trial).items():
         yield Part(title=f"servo {name}", path="servo", value=servo, varied=varied)
-    for name, surface in experiments[0].parts.surfaces.items():
-        title = f"ground {surface_text(name)}"
-        yield Part(title=title, path="surface", value=surface, varied=varied)
     for path in ("horizon", "spread", "engine"):
         yield Part(title=path, path=path, value=getattr(trial, path), varied=varied)
+
+
+def _grounds(experiments: Sequence[Experiment]) -> dict[str, Surface]:
+    """Every ground by its title."""
+    found: dict[str, Surface] = {}
+    for experiment in experiments:
+        found |= {surface_text(k): v for k, v in experiment.parts.surfaces.items()}
+    return found
 
 
 def _varied(experiments: Sequence[Experiment], results: Results) -> Iterator[str]:

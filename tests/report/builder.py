@@ -3,25 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 import pandas as pd
 
+from gaitlab.body import Box, Joint, Link, Sole, Tree
 from gaitlab.log import LogHeader, TrialLog, columns
+from gaitlab.motion import FeetPoses
 from gaitlab.report.results import Results
 from gaitlab.report.variants import PLAIN, Variant, find_variants
+from gaitlab.surfaces import TuftedPile
+from gaitlab.trial import Names, Plugin, Trial
 
 SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 STEPS = (0.0, 0.04, 0.08, -0.04)
+GRASS = TuftedPile(
+    friction=0.4,
+    height=0.05,
+    modulus=5e8,
+    spacing=0.01,
+    yarn=1.1e-3,
+    blades=16,
+    blade_width=1.2e-3,
+    blade_thickness=125e-6,
+)
+SOLE = Sole(length=0.12, width=0.08, heel=0.05, height=0.03, kind="flat")
 JOINTS = ("left_knee", "right_knee")
 
 
-def walk_log(*, amplitude: float = 0.1, fall_at: float | None = None, seed: int = 0) -> TrialLog:
+def walk_log(
+    *,
+    amplitude: float = 0.1,
+    fall_at: float | None = None,
+    seed: int = 0,
+    joints: tuple[str, ...] = JOINTS,
+) -> TrialLog:
     """Pitch swings with an amplitude in [rad]; at `fall_at` in [s] the robot tips over forward."""
     dt, end = 0.01, 6.0 if fall_at is None else fall_at + 0.5
     time = np.arange(1, round(end / dt) + 1) * dt
-    arrays = {c.name: np.zeros(len(time), dtype=c.dtype) for c in columns(JOINTS)}
+    arrays = {c.name: np.zeros(len(time), dtype=c.dtype) for c in columns(joints)}
     walking = time - 1.0
     arrays["time"] = time
     arrays["gait_phase"] = np.where(walking > 0, (walking / 0.8) % 1.0, np.nan)
@@ -35,7 +57,7 @@ def walk_log(*, amplitude: float = 0.1, fall_at: float | None = None, seed: int 
         arrays["pitch"] = arrays["pitch"] + 1.4 * falling**2
         arrays["fall_cause"] = (time >= fall_at + 0.3).astype(int)
     header = LogHeader(
-        joints=JOINTS,
+        joints=joints,
         dt=dt,
         mass=3.5,
         standing_height=0.3,
@@ -46,7 +68,7 @@ def walk_log(*, amplitude: float = 0.1, fall_at: float | None = None, seed: int 
         pile_height=0.05,
         sole_length=0.125,
         sole_width=0.08,
-        torque_limits=(3.0, 3.0),
+        torque_limits=(3.0,) * len(joints),
     )
     return TrialLog(header=header, arrays=arrays)
 
@@ -107,6 +129,68 @@ def _table(variant: Variant, compare: bool) -> str | None:
     return "eros_table7" if variant.label == PLAIN else "eros_table8"
 
 
+def toy_tree() -> Tree:
+    """A trunk on two legs with a knee each, feet as the last links."""
+    trunk = Link(name="trunk", parent=None, origin=(0, 0, 0), joint=None, mass=1.0, box=_box(0.1))
+    links = [trunk]
+    for side, name in ((1.0, "left"), (-1.0, "right")):
+        knee = Joint(name=f"{name}_knee", axis="y", lower=-1.0, upper=2.0, servo="mx_64")
+        box = Box(size=(0.12, 0.08, 0.02), centre=(0.01, 0.0, -0.02))
+        origin = (0.0, 0.05 * side, -0.2)
+        foot = Link(
+            name=f"{name}_foot", parent="trunk", origin=origin, joint=knee, mass=0.1, box=box
+        )
+        links.append(foot)
+    return Tree(tuple(links))
+
+
+def _box(edge: float) -> Box:
+    return Box(size=(edge, edge, edge), centre=(0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class ToyRobot:
+    name: str = "toy"
+    feet: tuple[str, str] = ("left_foot", "right_foot")
+    sole: Sole = SOLE
+    tree: Tree = field(default_factory=toy_tree)
+
+    def joint_targets(self, feet: FeetPoses) -> np.ndarray:
+        return np.zeros((len(feet.position), 2))
+
+    def hip_offset(self) -> float:
+        return 0.0
+
+
+@dataclass(frozen=True)
+class ToyGait:
+    step_length: float = 0.04
+    hip_height: float = 0.2
+    gait_period: float = 0.8
+    startup_time: float = 1.0
+
+    def feet(self, t: np.ndarray) -> FeetPoses:
+        raise NotImplementedError("nobody walks in the tests of the report")
+
+
+@cache
+def toy_trial(name: str) -> Trial:
+    """A trial whose robot has the joints of the toy logs, on the ground that the name tells."""
+    height = 0.05 if "50mm" in name else 0.03
+    names = Names(robot="toy", gait="toy", surface=name.split("-")[1])
+    code = Plugin(name="toy", digest=None)
+    return Trial(
+        robot=ToyRobot(),
+        gait=ToyGait(),
+        surface=replace(GRASS, height=height),
+        servos=(),
+        seed=0,
+        names=names,
+        robot_code=code,
+        gait_code=code,
+    )
+
+
 def results_of(
     trials: Sequence[dict[str, object]],
     *,
@@ -128,4 +212,5 @@ def results_of(
         reading="foot_travel",
         trials=frame.assign(variant=labels),
         log=log,
+        trial=toy_trial,
     )

@@ -17,11 +17,12 @@ from gaitlab.report.provenance import seeds_text
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.sentences import paired, sentences
+from gaitlab.report.strip import strip_blocks
 from gaitlab.report.walks import walks_table
 from gaitlab.statistics import mcnemar
 from tests.report.builder import results_of, toy_trials, trial
 
-SOURCES = Sources(facts={"seeds": "0 to 3"}, parts=[], command="gaitlab report toy")
+SOURCES = Sources(facts={"seeds": "0 to 3"}, parts=[], grounds="", command="gaitlab report toy")
 
 
 def paper_trials(seeds: int = 2) -> list[dict[str, object]]:
@@ -184,7 +185,7 @@ def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
 def test_every_image_of_the_page_lies_beside_it(tmp_path: Path) -> None:
     page = write_page(results_of(toy_trials(seeds=2)), SOURCES, tmp_path)
     images = re.findall(r"!\[[^]]+\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
-    assert len(images) == 3
+    assert len(images) == 5
     assert all((tmp_path / name).is_file() for name in images)
 
 
@@ -213,6 +214,18 @@ def test_a_page_without_any_finished_trial_says_so(tmp_path: Path) -> None:
     text = write_page(results_of(trials), SOURCES, tmp_path).read_text(encoding="utf-8")
     assert "nothing can be said" in text
     assert "2 failed" in text
+
+
+def test_the_frames_of_a_fall_end_with_it_and_come_with_the_same_seed(tmp_path: Path) -> None:
+    blocks = strip_blocks(results_of(toy_trials(seeds=2)), tmp_path)
+    assert [block.split("](")[1] for block in blocks[:2]] == ["fall.png)", "same_seed.png)"]
+    assert blocks[0].startswith("![plain, seed 1")
+    assert blocks[1].startswith("![heel strike + landing deceleration, seed 1")
+    assert "*plain* on grass 50 mm, seed 1" in blocks[2]
+
+
+def test_without_a_fall_there_are_no_frames(tmp_path: Path) -> None:
+    assert strip_blocks(results_of([trial(0.04, "grass_50mm", "none", 0)]), tmp_path) == []
 
 
 def test_a_walk_that_the_paper_describes_stands_beside_it() -> None:

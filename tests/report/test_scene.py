@@ -10,49 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.body import Box, Joint, Link, LinkPoses, Sole, Tree
+from gaitlab.body import LinkPoses
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.report.figure_style import save
 from gaitlab.report.lawn import Footprint, Patch, ground_faces
 from gaitlab.report.picture import SIDE, Stance, filmstrip, patch_below, portrait, stance_at
 from gaitlab.report.scene import Camera, box_faces
 from gaitlab.surfaces import FibreMat, RigidFloor, SoftLayer, Surface, TuftedPile
-from tests.report.builder import JOINTS, walk_log
+from tests.report.builder import GRASS, JOINTS, SOLE, toy_tree, walk_log
 
-GRASS = TuftedPile(
-    friction=0.4,
-    height=0.05,
-    modulus=5e8,
-    spacing=0.01,
-    yarn=1.1e-3,
-    blades=16,
-    blade_width=1.2e-3,
-    blade_thickness=125e-6,
-)
 CARPET = FibreMat(friction=0.4, height=0.004, modulus=2e9, solid_fraction=0.1)
 LAYER = SoftLayer(friction=0.5, height=0.01, stiffness=3332.0, damping=108.0)
 GROUNDS = [GRASS, CARPET, LAYER, RigidFloor(friction=0.6)]
-SOLE = Sole(length=0.12, width=0.08, heel=0.05, height=0.03, kind="flat")
 PATCH = Patch(x=(-0.2, 0.2), y=(-0.15, 0.15))
-
-
-def toy_tree() -> Tree:
-    """A trunk on two legs with a knee each, feet as the last links."""
-    trunk = Link(name="trunk", parent=None, origin=(0, 0, 0), joint=None, mass=1.0, box=_box(0.1))
-    links = [trunk]
-    for side, name in ((1.0, "left"), (-1.0, "right")):
-        knee = Joint(name=f"{name}_knee", axis="y", lower=-1.0, upper=2.0, servo="mx_64")
-        box = Box(size=(0.12, 0.08, 0.02), centre=(0.01, 0.0, -0.02))
-        origin = (0.0, 0.05 * side, -0.2)
-        foot = Link(
-            name=f"{name}_foot", parent="trunk", origin=origin, joint=knee, mass=0.1, box=box
-        )
-        links.append(foot)
-    return Tree(tuple(links))
-
-
-def _box(edge: float) -> Box:
-    return Box(size=(edge, edge, edge), centre=(0.0, 0.0, 0.0))
 
 
 def stance(height: float) -> Stance:

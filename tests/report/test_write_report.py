@@ -55,7 +55,9 @@ def run(store: Store, asked: Experiment, trials: Iterable[PlannedTrial] | None =
     store.register(asked, plan(asked).trials())
     for item in plan(asked).trials() if trials is None else trials:
         falls = item.values["surface"] == "grass_50mm" and asked.name == "plainly"
-        log = walk_log(fall_at=3.0 if falls else None, seed=item.trial.seed)
+        joints = tuple(joint.name for joint in item.trial.robot.tree.joints)
+        fall_at = 3.0 if falls else None
+        log = walk_log(fall_at=fall_at, seed=item.trial.seed, joints=joints)
         record = TrialRecord(
             trial_id=item.trial.id,
             state="DONE",
