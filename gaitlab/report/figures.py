@@ -14,7 +14,7 @@ from gaitlab.report.figure_style import CYCLE, FAINT, HATCHES, INK, PAPER, SHARE
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell
 from gaitlab.report.variants import Value, Variant, value_text
-from gaitlab.report.words import column_text, letter, path_text
+from gaitlab.report.words import column_text, is_length, letter, path_text
 
 DARK = 0.55  # share above which white letters read better than black ones
 PHASE_BINS = 20
@@ -46,8 +46,7 @@ def row_axis(results: Results) -> str:
     """Label of the axis of the rows, lengths with their unit."""
     if results.rows == ONE_ROW:
         return ""
-    metres = results.rows.endswith(("_length", "_height", "_width", "_sway"))
-    return path_text(results.rows) + (" [m]" if metres else "")
+    return path_text(results.rows) + (" [m]" if is_length(results.rows) else "")
 
 
 def _share_panel(

@@ -25,7 +25,7 @@ from gaitlab.report.provenance import Part, facts_table, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.sentences import sentences
 from gaitlab.report.strip import strip_blocks
-from gaitlab.report.walks import walks_table
+from gaitlab.report.walks import BESIDE_WALKS, walks_table
 from gaitlab.report.words import plural
 
 
@@ -89,6 +89,8 @@ def _what_this_says(results: Results, sources: Sources) -> str:
 
 
 def _cells(results: Results, folder: Path) -> str:
+    if len(results.row_values) * len(results.column_values) < 2:
+        return section("Cell by cell", legend(results), cell_tables(results))
     save(share_map(results, paper_verdicts(results)), folder, "stable_share")
     alt = f"Stable seeds of each cell, one panel a variant, for {results.title}"
     return section(
@@ -104,7 +106,7 @@ def _pitch(results: Results, folder: Path) -> str:
     save(pitch_figure(panels), folder, "pitch")
     picture = image("Trunk pitch against time, one panel a variant", "pitch.png")
     walks = walks_table(results)
-    beside = f"Beside the walks that the paper describes:\n\n{walks}" if walks else ""
+    beside = f"{BESIDE_WALKS}\n\n{walks}" if walks else ""
     return section("Pitch against time", picture, pitch_caption(results, *place), beside)
 
 

@@ -21,7 +21,7 @@ from gaitlab.report.markdown import escape
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import truth
 from gaitlab.report.variants import Value, Variant, value_text
-from gaitlab.report.words import column_text, path_text
+from gaitlab.report.words import column_text, is_length, path_text
 
 LARGEST_SHOWN = 60.0  # degrees; a robot lying down would flatten the walk before it
 SMALLEST_SHOWN = 12.0  # degrees
@@ -175,7 +175,8 @@ def pitch_caption(results: Results, row: Value, column: Value) -> str:
     """What the figure shows and how its cell and seed were chosen."""
     place = escape(column_text(results, column))
     if results.rows != ONE_ROW:
-        place += f", {escape(path_text(results.rows))} {escape(value_text(row))}"
+        metres = " m" if is_length(results.rows) else ""
+        place += f", {escape(path_text(results.rows))} {escape(value_text(row))}{metres}"
     return (
         f"Trunk pitch, positive leans forward; {place}: the cell in which the variants' stable "
         "shares differ most (the first of equals). The thick line is the seed of median distance "

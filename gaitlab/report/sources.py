@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import pandas as pd
 
@@ -19,6 +20,8 @@ from gaitlab.surfaces import Surface
 from gaitlab.trial import PHYSICS_VERSION, Trial
 
 PROVENANCE = ("gaitlab_version", "pybullet_version", "numpy_version", "python_version", "platform")
+DEFAULT_STORE = "data"  # of the command line
+SETTING = "# --set "  # begins a line of an experiment's text that notes an option
 MACHINE = ("git_commit", "host")
 
 
@@ -34,18 +37,25 @@ def sources(experiments: Sequence[Experiment], store: Store, results: Results) -
 
 def _command(experiments: Sequence[Experiment], store: Store) -> str:
     """The shell lines that run what is missing and write the page."""
+    at = "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
+    settings = [_settings(experiment) for experiment in experiments]
     names = [shlex.quote(_called(experiment)) for experiment in experiments]
-    at = f" --store {shlex.quote(str(store.path))}"
-    runs = [f"gaitlab run {name}{at}" for name in names]
-    return "\n".join([*runs, f"gaitlab report {' '.join(names)}{at}"])
+    runs = [f"gaitlab run {n}{more}{at}" for n, more in zip(names, settings, strict=True)]
+    shared = "".join(dict.fromkeys(settings))
+    return "\n".join([*runs, f"gaitlab report {' '.join(names)}{shared}{at}"])
+
+
+def _settings(experiment: Experiment) -> str:
+    """Options with which the file was read, as its text notes them at its head."""
+    lines = experiment.text.splitlines()
+    applied = (line.removeprefix(SETTING) for line in lines if line.startswith(SETTING))
+    return "".join(f" --set {shlex.quote(setting)}" for setting in applied)
 
 
 def _called(experiment: Experiment) -> str:
     """Its name if a file of that name is found by it, else the file."""
-    by_name = (
-        experiment.path.stem == experiment.name and experiment.path.parent.name == "experiments"
-    )
-    return experiment.name if by_name else str(experiment.path)
+    shipped = experiment.path.parent.name == "experiments"
+    return experiment.path.stem if shipped else str(experiment.path)
 
 
 def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str]:

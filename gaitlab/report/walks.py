@@ -35,6 +35,11 @@ HEADER = (
 )
 
 
+BESIDE_WALKS = """\
+Beside the walks that the paper describes. Its fall distances of 2680, 3570 and 4460 mm are 890
+apart whatever the step length, so they may be times in ms; read them with that doubt."""
+
+
 def walks_table(results: Results) -> str:
     """One row a variant and printed walk that it repeats; empty when it repeats none."""
     if not {STEP, SWAY, "surface"} <= set(results.trials.columns):

@@ -68,6 +68,11 @@ def path_text(path: str) -> str:
     return path.rpartition(".")[2].replace("_", " ")
 
 
+def is_length(path: str) -> bool:
+    """Whether a dotted path is a length in [m], by the words it ends with."""
+    return path.endswith(("_length", "_height", "_width", "_sway"))
+
+
 def column_text(results: Results, value: Value) -> str:
     """Title of a column of the tables."""
     if results.columns == "surface":
