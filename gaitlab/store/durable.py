@@ -101,4 +101,5 @@ def _remove_quietly(path: Path) -> None:
 
 
 def _partial_files(folder: Path) -> Iterator[Path]:
-    return folder.rglob(f"*{PARTIAL}")
+    for place, _, names in os.walk(folder):
+        yield from (Path(place, name) for name in names if name.endswith(PARTIAL))
