@@ -79,7 +79,7 @@ class TickState(NamedTuple):
         quaternion: Orientation of the trunk, xyzw.
         velocity: Velocity of that centre, in [m/s].
         spin: Angular velocity of the trunk, world frame, in [rad/s].
-        joints: Per joint (position [rad], velocity [rad/s], reaction, torque [N m]).
+        joints: Position [rad], velocity [rad/s] and torque [N m] of each joint. Shape (3, joints).
         contacts: Bullet's contact points, as its getContactPoints returns them. The robot is
             body A: link in field 3, point in 5, normal force up in 9, friction on it in 10 to 13.
     """
@@ -88,7 +88,7 @@ class TickState(NamedTuple):
     quaternion: tuple[float, float, float, float]
     velocity: tuple[float, float, float]
     spin: tuple[float, float, float]
-    joints: Sequence[tuple[float, float, tuple[float, ...], float]]
+    joints: np.ndarray
     contacts: Sequence[tuple]
 
 
@@ -136,7 +136,9 @@ class Engine:
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         self._row = servo_row(servos, gain, settings.dt)
         self._delays = np.array([servo.latency for servo in servos])
+        self._same_delay = len(set(self._delays)) == 1
         self._history = deque([pose.copy()], maxlen=int(self._delays.max(initial=0)) + 1)
+        self._now: np.ndarray | None = None
         self._speed, self._torque = np.zeros(len(servos)), np.zeros(len(servos))
         self._bind(robot, surface, spread)
 
@@ -264,15 +266,8 @@ class Engine:
 
     def command(self, target: np.ndarray) -> None:
         """Send targets in [rad] to the servos; each acts after its latency. Shape (joints,)."""
-        self._history.append(target)
-        states = self._joint_states(self._body, self._joints)
-        position, velocity, _, _ = zip(*states, strict=True)
-        oldest = len(self._history) - 1
-        reached = target
-        if oldest:
-            late = np.minimum(self._delays, oldest)
-            reached = np.array(self._history)[oldest - late, np.arange(len(target))]
-        drive(self._row, reached, np.array(position), np.array(velocity), self._speed, self._torque)
+        now = self._read_joints()
+        drive(self._row, self._delayed(target), now[0], now[1], self._speed, self._torque)
         self._motors(
             self._body,
             self._joints,
@@ -281,11 +276,29 @@ class Engine:
             forces=self._torque.tolist(),
         )
 
+    def _delayed(self, target: np.ndarray) -> np.ndarray:
+        """The targets that have reached the servos by now."""
+        self._history.append(target)
+        if self._same_delay:
+            return self._history[0]
+        newest = len(self._history) - 1
+        late = np.minimum(self._delays, newest)
+        return np.array(self._history)[newest - late, np.arange(len(target))]
+
+    def _read_joints(self) -> np.ndarray:
+        """Positions, velocities and torques of the joints, read from Bullet once a tick."""
+        if self._now is None:
+            states = self._joint_states(self._body, self._joints)
+            position, velocity, _, torque = zip(*states, strict=True)
+            self._now = np.array((position, velocity, torque))
+        return self._now
+
     def step(self) -> None:
         """Advance by one tick: the pile pushes back, then Bullet solves."""
         if self._soles:
             self._press()
         self._step()
+        self._now = None
 
     def _press(self) -> None:
         # Without forward kinematics Bullet's link states are one step stale: negative damping.
@@ -317,7 +330,11 @@ class Engine:
         """The world as it is now."""
         position, quaternion = self._base_pose(self._body)
         velocity, spin = self._base_velocity(self._body)
-        joints = self._joint_states(self._body, self._joints)
         return TickState(
-            position, quaternion, velocity, spin, joints, self._contact_points(self._body)
+            position,
+            quaternion,
+            velocity,
+            spin,
+            self._read_joints(),
+            self._contact_points(self._body),
         )

@@ -56,12 +56,13 @@ def _walk(
         engine.command(target)
         engine.step()
         state = engine.state()
-        touching = recording.touches_ground(state)
+        touching = recording.put(state, engine.plough)
         upright, height = _trunk(state, centre)
         if not isfinite(height):
             raise GaitlabError(f"the simulation blew up at tick {recording.length}")
         cause = falling.update(upright, touching, height)
-        recording.put(state, engine.plough, touching, cause)
+        if cause:
+            recording.end(cause)
         if cause or arrival.reached(state, recording.length):
             break
 

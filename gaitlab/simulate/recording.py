@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from gaitlab.engine import TickState
 
-CHUNK = 500  # ticks of contact points kept as Python tuples before they become an array
 CONTACT_FIELDS = 17  # tick, side, position, then three forces with their directions
 
 
@@ -58,46 +58,37 @@ class Recording:
         self.body_contact = np.zeros(ticks, dtype=bool)
         self.fall_cause = np.zeros(ticks, dtype=np.int8)
         self._sides = {link: side for side, link in enumerate(feet)}
-        self._points: list[tuple[float, ...]] = []
-        self._chunks: list[np.ndarray] = [np.empty((0, CONTACT_FIELDS))]
+        self._points = array("d")
 
-    def touches_ground(self, state: TickState) -> bool:
-        """Whether a link other than a foot is on the ground."""
-        sides = self._sides
-        return any(point[3] not in sides for point in state.contacts)
+    def put(self, state: TickState, plough: Sequence[tuple[float, float]]) -> bool:
+        """Record the end of a tick, and say whether a link other than a foot is on the ground.
 
-    def put(
-        self,
-        state: TickState,
-        plough: Sequence[tuple[float, float]],
-        body_contact: bool,
-        fall_cause: int,
-    ) -> None:
-        """Record the end of a tick; indices into contacts are Bullet's getContactPoints fields."""
-        k, sides = self.length, self._sides
-        row, joints = self.base[k], self.joints[k]
+        Indices into contacts are the fields of Bullet's getContactPoints.
+        """
+        k, sides, body_contact = self.length, self._sides, False
+        row = self.base[k]
         row[0:3], row[3:7], row[7:10], row[10:13] = state[:4]
-        joints[0], joints[1], _, joints[2] = zip(*state.joints, strict=True)
+        self.joints[k] = state.joints
         self.plough[k] = plough
-        self.body_contact[k], self.fall_cause[k] = body_contact, fall_cause
-        self._points += [
-            (k, sides[p[3]], *p[5], p[9], *p[7], p[10], *p[11], p[12], *p[13])
-            for p in state.contacts
-            if p[3] in sides
-        ]
+        for p in state.contacts:
+            side = sides.get(p[3])
+            if side is None:
+                body_contact = True
+            else:
+                self._points.extend(
+                    (k, side, *p[5], p[9], *p[7], p[10], *p[11], p[12], *p[13])
+                )
+        self.body_contact[k] = body_contact
         self.length = k + 1
-        if self.length % CHUNK == 0:
-            self._pack()
+        return body_contact
 
-    def _pack(self) -> None:
-        if self._points:
-            self._chunks.append(np.array(self._points))
-            self._points = []
+    def end(self, fall_cause: int) -> None:
+        """Mark the last recorded tick as the one in which a fall was established."""
+        self.fall_cause[self.length - 1] = fall_cause
 
     def contacts(self) -> Contacts:
         """Contact points of the soles, in the order of the ticks."""
-        self._pack()
-        rows = np.concatenate(self._chunks)
+        rows = np.frombuffer(self._points).reshape(-1, CONTACT_FIELDS)
         force = sum(rows[:, i, None] * rows[:, i + 1 : i + 4] for i in (5, 9, 13))
         return Contacts(
             tick=rows[:, 0].astype(int),
