@@ -68,7 +68,7 @@ def test_metrics_that_are_not_finite_come_back_as_not_defined(store: Store) -> N
 
 def test_a_trial_without_a_log_says_why_it_has_none(store: Store) -> None:
     store.commit(recorded.record(1, "INFEASIBLE"), None)
-    with pytest.raises(StoreError, match="it ended INFEASIBLE: .*left_leg at tick 7"):
+    with pytest.raises(StoreError, match=r"it ended INFEASIBLE: .*left_leg at tick 7"):
         store.log(recorded.trial_id(1))
 
 
