@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,10 +21,12 @@ import numpy as np
 from gaitlab.body import Robot
 from gaitlab.errors import GaitlabError
 from gaitlab.log import GRAVITY
-from gaitlab.servos.law import drive, servo_row
+from gaitlab.randomness import randomness
+from gaitlab.servos.bank import ServoBank
 from gaitlab.servos.servo import Servo
 from gaitlab.settings import EngineSettings, Spread
-from gaitlab.surfaces.ground import Footprint, new_footprint, pile_for, press
+from gaitlab.surfaces.ground import Footprint, new_footprint, pile_for
+from gaitlab.surfaces.press import press
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 from gaitlab.urdf import urdf
 
@@ -54,21 +55,6 @@ with _quiet(STDOUT, STDERR):
 
 PARKED = -1.0  # m, where a tangent plane waits while its foot is in the air
 MASS_TOLERANCE = 1e-6  # kg; Bullet has to carry exactly the mass that the robot states
-
-
-class Randomness(NamedTuple):
-    """Independent random streams of one trial, so that one more draw shifts no other."""
-
-    terrain: np.random.Generator
-    pose: np.random.Generator
-    friction: np.random.Generator
-    servo: np.random.Generator
-
-
-def randomness(seed: int) -> Randomness:
-    """The streams that belong to a trial's seed."""
-    children = np.random.SeedSequence(seed).spawn(len(Randomness._fields))
-    return Randomness(*(np.random.default_rng(child) for child in children))
 
 
 class TickState(NamedTuple):
@@ -134,12 +120,8 @@ class Engine:
         self._place(pose, height, spread)
         self._touch(robot, surface, spread)
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
-        self._row = servo_row(servos, gain, settings.dt)
-        self._delays = np.array([servo.latency for servo in servos])
-        self._same_delay = len(set(self._delays)) == 1
-        self._history = deque([pose.copy()], maxlen=int(self._delays.max(initial=0)) + 1)
+        self._servos = ServoBank(servos, gain, settings.dt, pose)
         self._now: np.ndarray | None = None
-        self._speed, self._torque = np.zeros(len(servos)), np.zeros(len(servos))
         self._bind(robot, surface, spread)
 
     def __enter__(self) -> Engine:
@@ -266,24 +248,15 @@ class Engine:
 
     def command(self, target: np.ndarray) -> None:
         """Send targets in [rad] to the servos; each acts after its latency. Shape (joints,)."""
-        now = self._read_joints()
-        drive(self._row, self._delayed(target), now[0], now[1], self._speed, self._torque)
+        position, velocity, _ = self._read_joints()
+        speed, torque = self._servos.drive(target, position, velocity)
         self._motors(
             self._body,
             self._joints,
             pybullet.VELOCITY_CONTROL,
-            targetVelocities=self._speed.tolist(),
-            forces=self._torque.tolist(),
+            targetVelocities=speed,
+            forces=torque,
         )
-
-    def _delayed(self, target: np.ndarray) -> np.ndarray:
-        """The targets that have reached the servos by now."""
-        self._history.append(target)
-        if self._same_delay:
-            return self._history[0]
-        newest = len(self._history) - 1
-        late = np.minimum(self._delays, newest)
-        return np.array(self._history)[newest - late, np.arange(len(target))]
 
     def _read_joints(self) -> np.ndarray:
         """Positions, velocities and torques of the joints, read from Bullet once a tick."""

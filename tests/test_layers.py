@@ -10,7 +10,7 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
-    "errors plugins parameters documents kinematics provenance statistics reference",
+    "errors plugins randomness parameters documents kinematics provenance statistics reference",
     "motion settings log body urdf fall surfaces servos",
     "gaits robots metrics",
     "trial experiment plan engine store",

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.ground.bench import AREA, GRAVITY, PEDESTALS, Bench, Sled, surface
 
 from gaitlab.settings import Spread
 from gaitlab.surfaces import TuftedPile
-from gaitlab.surfaces.ground import new_footprint, pile_for, press
+from gaitlab.surfaces.ground import new_footprint, pile_for
+from gaitlab.surfaces.press import press
+from tests.ground.bench import AREA, GRAVITY, PEDESTALS, Bench, Sled, surface
 
 GRASS = PEDESTALS[:3]
 DT = 0.002

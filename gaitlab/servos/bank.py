@@ -1,0 +1,57 @@
+"""The servos of one robot at work: targets arrive late, torques follow the motor law."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitlab.servos.law import drive, servo_row
+from gaitlab.servos.servo import Servo
+
+
+class ServoBank:
+    """Servos in joint order, with the targets that are still on their way."""
+
+    def __init__(
+        self, servos: Sequence[Servo], gain_scale: np.ndarray, dt: float, pose: np.ndarray
+    ) -> None:
+        """Servos at rest.
+
+        Args:
+            servos: One per joint.
+            gain_scale: Factor on the position gain of each. Shape (joints,).
+            dt: Time step, in [s].
+            pose: Targets until the first command arrives, in [rad]. Shape (joints,).
+        """
+        self._row = servo_row(servos, gain_scale, dt)
+        self._delays = np.array([servo.latency for servo in servos])
+        self._alike = len(set(self._delays)) == 1
+        longest = int(self._delays.max(initial=0))
+        self._targets = deque([pose.copy()] * (longest + 1), maxlen=longest + 1)
+        self._speed, self._torque = np.zeros(len(servos)), np.zeros(len(servos))
+
+    def drive(
+        self, target: np.ndarray, position: np.ndarray, velocity: np.ndarray
+    ) -> tuple[list[float], list[float]]:
+        """What to ask of the engine in this tick.
+
+        Args:
+            target: Targets sent now, in [rad]. Shape (joints,).
+            position: Joint positions, in [rad]. Shape (joints,).
+            velocity: Joint velocities, in [rad/s]. Shape (joints,).
+
+        Returns:
+            Speeds to head for, in [rad/s], and largest torques, in [N m], in joint order.
+        """
+        self._targets.append(target)
+        drive(self._row, self._arrived(), position, velocity, self._speed, self._torque)
+        return self._speed.tolist(), self._torque.tolist()
+
+    def _arrived(self) -> np.ndarray:
+        """The targets that reach each servo in this tick, sent as many ticks ago as it is late."""
+        if self._alike:
+            return self._targets[0]
+        newest = len(self._targets) - 1
+        return np.array(self._targets)[newest - self._delays, np.arange(len(self._delays))]
