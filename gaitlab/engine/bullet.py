@@ -1,0 +1,112 @@
+"""Bullet itself: a quiet import, a world, a robot in it. The one file that imports pybullet.
+
+Facts about Bullet that decide correctness stand beside the calls they concern.
+
+References:
+    Bullet: Coumans and Bai, PyBullet, a Python module for physics simulation, 2016-2021.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from gaitlab.body import Robot
+from gaitlab.errors import GaitlabError
+from gaitlab.log import GRAVITY
+from gaitlab.settings import EngineSettings
+from gaitlab.urdf import urdf
+
+STDOUT, STDERR = 1, 2
+MASS_TOLERANCE = 1e-6  # kg; Bullet has to carry exactly the mass that the robot states
+
+
+@contextmanager
+def _quiet(*descriptors: int) -> Iterator[None]:
+    """Bullet prints from C; what it says is kept off the program's own streams."""
+    saved = {d: os.dup(d) for d in descriptors}
+    null = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for descriptor in descriptors:
+            os.dup2(null, descriptor)
+        yield
+    finally:
+        for descriptor, copy in saved.items():
+            os.dup2(copy, descriptor)
+            os.close(copy)
+        os.close(null)
+
+
+with _quiet(STDOUT, STDERR):
+    import pybullet
+    from pybullet_utils.bullet_client import BulletClient
+
+VELOCITY_CONTROL, WORLD_FRAME = pybullet.VELOCITY_CONTROL, pybullet.WORLD_FRAME
+
+
+def new_world(settings: EngineSettings) -> BulletClient:
+    """A world of its own with gravity and nothing in it."""
+    with _quiet(STDOUT):
+        client = BulletClient(pybullet.DIRECT)
+    client.setGravity(0.0, 0.0, -GRAVITY)
+    client.setTimeStep(settings.dt)
+    client.setPhysicsEngineParameter(
+        numSolverIterations=settings.solver_iterations,
+        deterministicOverlappingPairs=1,
+        enableConeFriction=1,
+        enableFileCaching=0,  # files are cached by name otherwise
+    )
+    return client
+
+
+def add_plane(client: BulletClient, z: float) -> int:
+    """A level plane at a height in [m]; its friction is 1 because frictions multiply."""
+    shape = client.createCollisionShape(pybullet.GEOM_PLANE)
+    plane = client.createMultiBody(0, shape, basePosition=[0.0, 0.0, z])
+    client.changeDynamics(plane, -1, lateralFriction=1.0)
+    return int(plane)
+
+
+def links(client: BulletClient, body: int) -> range:
+    """Link indices of a body, the base (-1) included."""
+    return range(-1, client.getNumJoints(body))
+
+
+def add_robot(client: BulletClient, robot: Robot, friction: float) -> int:
+    """The robot, undamped and with its motors off.
+
+    Raises:
+        GaitlabError: If Bullet's robot weighs other than the robot should.
+    """
+    body = _load(client, robot)
+    for link in links(client, body):
+        # Two calls: a link's friction is dropped without a word when damping comes with it.
+        client.changeDynamics(body, link, linearDamping=0.0, angularDamping=0.0)
+        client.changeDynamics(body, link, lateralFriction=friction)
+        if link >= 0:  # Bullet drives every joint of a loaded robot to rest unless told not to
+            client.setJointMotorControl2(body, link, VELOCITY_CONTROL, force=0.0)
+    return body
+
+
+def _load(client: BulletClient, robot: Robot) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{robot.name}.urdf"
+        file.write_text(urdf(robot.tree, robot.sole, robot.feet), encoding="utf-8")
+        body = int(client.loadURDF(str(file), flags=pybullet.URDF_USE_INERTIA_FROM_FILE))
+    mass = sum(client.getDynamicsInfo(body, link)[0] for link in links(client, body))
+    if abs(mass - robot.tree.mass) > MASS_TOLERANCE:
+        raise GaitlabError(f"Bullet loaded {mass} kg, the robot has {robot.tree.mass} kg")
+    return body
+
+
+def indices(client: BulletClient, body: int, robot: Robot) -> tuple[list[int], tuple[int, int]]:
+    """Bullet's indices of the robot's joints, in the tree's order, and of its two feet."""
+    by_joint, by_link = {}, {}
+    for index in range(client.getNumJoints(body)):
+        info = client.getJointInfo(body, index)
+        by_joint[info[1].decode()], by_link[info[12].decode()] = index, index
+    left, right = (by_link[name] for name in robot.feet)
+    return [by_joint[joint.name] for joint in robot.tree.joints], (left, right)

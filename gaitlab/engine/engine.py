@@ -1,0 +1,171 @@
+"""A robot on its servos and its ground, commanded and read tick by tick.
+
+One world is built per trial and thrown away, so that equal trials give equal logs, bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitlab.body import Robot
+from gaitlab.engine.bullet import VELOCITY_CONTROL, add_plane, add_robot, indices, new_world
+from gaitlab.engine.grass import PileUnderFeet, add_layer
+from gaitlab.randomness import randomness
+from gaitlab.servos.bank import ServoBank
+from gaitlab.servos.servo import Servo
+from gaitlab.settings import EngineSettings, Spread
+from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
+
+NO_PLOUGH = ((0.0, 0.0), (0.0, 0.0))
+
+
+class TickState(NamedTuple):
+    """The world at the end of a tick, as Bullet gives it.
+
+    Attributes:
+        position: Centre of mass of the trunk, in [m].
+        quaternion: Orientation of the trunk, xyzw.
+        velocity: Velocity of that centre, in [m/s].
+        spin: Angular velocity of the trunk, world frame, in [rad/s].
+        joints: Position [rad], velocity [rad/s] and torque [N m] of each joint. Shape (3, joints).
+        contacts: Bullet's contact points, as its getContactPoints returns them. The robot is
+            body A: link in field 3, point in 5, normal force up in 9, friction on it in 10 to 13.
+    """
+
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    velocity: tuple[float, float, float]
+    spin: tuple[float, float, float]
+    joints: np.ndarray
+    contacts: Sequence[tuple]
+
+
+class Engine:
+    """A robot standing on a surface, ready to be commanded tick by tick.
+
+    Attributes:
+        feet: Bullet's link indices of the left and the right foot.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        surface: Surface,
+        servos: Sequence[Servo],
+        *,
+        pose: np.ndarray,
+        height: float,
+        settings: EngineSettings,
+        spread: Spread,
+        seed: int,
+    ) -> None:
+        """Build the world.
+
+        Args:
+            robot: The robot.
+            surface: The ground.
+            servos: One per joint, in the order of the robot's tree.
+            pose: First joint positions, in [rad]. Shape (joints,).
+            height: First height of the trunk link frame, in [m].
+            settings: Time step and solver.
+            spread: How far this replicate may differ from the nominal robot.
+            seed: Seed of the replicate.
+        """
+        self._streams = randomness(seed)
+        self._client = new_world(settings)
+        add_plane(self._client, 0.0)
+        self._body = add_robot(self._client, robot, self._friction(surface, spread))
+        self._joints, self.feet = indices(self._client, self._body, robot)
+        self._place(pose, height, spread)
+        gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
+        self._servos = ServoBank(servos, gain, settings.dt, pose)
+        self._pile = self._grow(robot, surface, settings, spread)
+        self._now: np.ndarray | None = None
+        self._bind()
+
+    def __enter__(self) -> Engine:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.disconnect()
+
+    @property
+    def plough(self) -> Sequence[tuple[float, float]]:
+        """Plough force on the left and the right foot in the last tick, world x and y, in [N]."""
+        return NO_PLOUGH if self._pile is None else self._pile.plough
+
+    def _friction(self, surface: Surface, spread: Spread) -> float:
+        draw = 1.0 + spread.friction * self._streams.friction.uniform(-1.0, 1.0)
+        return float(surface.friction * surface.friction_scale * draw)
+
+    def _place(self, pose: np.ndarray, height: float, spread: Spread) -> None:
+        client, rng = self._client, self._streams.pose
+        tilt = spread.tilt * rng.uniform(-1.0, 1.0, 2)
+        offset = spread.position * rng.uniform(-1.0, 1.0, 2)
+        for index, angle in zip(self._joints, pose, strict=True):
+            client.resetJointState(self._body, index, float(angle))
+        turn = client.getQuaternionFromEuler([*tilt, 0.0])
+        local = client.getDynamicsInfo(self._body, -1)[3]
+        # Bullet's base pose is that of the centre of mass; the robot turns about its link frame.
+        centre, _ = client.multiplyTransforms([*offset, height], turn, local, [0.0, 0.0, 0.0, 1.0])
+        client.resetBasePositionAndOrientation(self._body, centre, turn)
+
+    def _grow(
+        self, robot: Robot, surface: Surface, settings: EngineSettings, spread: Spread
+    ) -> PileUnderFeet | None:
+        """What stands on the base; a rigid floor is the base itself."""
+        if isinstance(surface, SoftLayer):
+            add_layer(self._client, surface, len(robot.sole.supports()))
+        if not isinstance(surface, TuftedPile | FibreMat):
+            return None
+        return PileUnderFeet(
+            self._client,
+            self._body,
+            self.feet,
+            robot,
+            surface,
+            dt=settings.dt,
+            irregularity=spread.terrain,
+            rng=self._streams.terrain,
+        )
+
+    def _bind(self) -> None:
+        """The Bullet calls of a tick, looked up once."""
+        client = self._client
+        self._step, self._motors = client.stepSimulation, client.setJointMotorControlArray
+        self._joint_states, self._contact_points = client.getJointStates, client.getContactPoints
+        self._base_pose = client.getBasePositionAndOrientation
+        self._base_velocity = client.getBaseVelocity
+
+    def command(self, target: np.ndarray) -> None:
+        """Send targets in [rad] to the servos; each acts after its latency. Shape (joints,)."""
+        position, velocity, _ = self._read_joints()
+        speed, torque = self._servos.drive(target, position, velocity)
+        self._motors(
+            self._body, self._joints, VELOCITY_CONTROL, targetVelocities=speed, forces=torque
+        )
+
+    def _read_joints(self) -> np.ndarray:
+        """Positions, velocities and torques of the joints, read from Bullet once a tick."""
+        if self._now is None:
+            states = self._joint_states(self._body, self._joints)
+            position, velocity, _, torque = zip(*states, strict=True)
+            self._now = np.array((position, velocity, torque))
+        return self._now
+
+    def step(self) -> None:
+        """Advance by one tick: the pile pushes back, then Bullet solves."""
+        if self._pile is not None:
+            self._pile.press()
+        self._step()
+        self._now = None
+
+    def state(self) -> TickState:
+        """The world as it is now."""
+        position, quaternion = self._base_pose(self._body)
+        velocity, spin = self._base_velocity(self._body)
+        joints, contacts = self._read_joints(), self._contact_points(self._body)
+        return TickState(position, quaternion, velocity, spin, joints, contacts)

@@ -1,0 +1,106 @@
+"""The ground above the hard base: a pile under each foot, or one soft layer, in Bullet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitlab.body import Robot
+from gaitlab.engine.bullet import WORLD_FRAME, BulletClient, add_plane, links
+from gaitlab.log import GRAVITY
+from gaitlab.surfaces.ground import new_footprint, pile_for
+from gaitlab.surfaces.press import press
+from gaitlab.surfaces.surface import FibreMat, SoftLayer, TuftedPile
+
+PARKED = -1.0  # m, where a tangent plane waits while its foot is in the air
+
+
+def add_layer(client: BulletClient, surface: SoftLayer, supports: int) -> None:
+    """A soft plane over the base; the stiffness of a sole is shared by its support points."""
+    plane = add_plane(client, surface.height)
+    # Bullet's stiffness and damping hold per contact point and only when given together.
+    client.changeDynamics(
+        plane,
+        -1,
+        contactStiffness=surface.stiffness / supports,
+        contactDamping=surface.damping / supports,
+    )
+
+
+class PileUnderFeet:
+    """A pile that pushes back on both feet, through one tangent plane a foot.
+
+    Attributes:
+        plough: Plough force on the left and the right foot in the last tick, world x and y, [N].
+    """
+
+    def __init__(
+        self,
+        client: BulletClient,
+        body: int,
+        feet: Sequence[int],
+        robot: Robot,
+        surface: TuftedPile | FibreMat,
+        *,
+        dt: float,
+        irregularity: float,
+        rng: np.random.Generator,
+    ) -> None:
+        """A fresh lawn; arguments as of the engine and of `pile_for`."""
+        self._body, self._feet, self._dt = body, feet, dt
+        self._pile = pile_for(
+            surface,
+            robot.sole,
+            weight=robot.tree.mass * GRAVITY,
+            foot_mass=robot.tree.links[robot.tree.index(robot.feet[0])].mass,
+            dt=dt,
+            rng=rng,
+            irregularity=irregularity,
+        )
+        self._planes = [_own_plane(client, body, foot) for foot in feet]
+        self._footprints = [new_footprint(len(self._pile.supports)) for _ in feet]
+        self.plough = [(0.0, 0.0) for _ in feet]
+        self._link_states, self._move = client.getLinkStates, client.resetBasePositionAndOrientation
+        self._soften = client.changeDynamics
+        self._push, self._twist = client.applyExternalForce, client.applyExternalTorque
+
+    def press(self) -> None:
+        """Set plane and plough force of each foot for the coming tick."""
+        # Without forward kinematics Bullet's link states are one step stale: negative damping.
+        for side, state in enumerate(self._link_states(self._body, self._feet, 1, 1)):
+            self._press(side, *state)
+
+    def _press(
+        self,
+        side: int,
+        centre: tuple[float, float, float],
+        _turn: tuple[float, float, float, float],
+        _local_centre: tuple[float, float, float],
+        _local_turn: tuple[float, float, float, float],
+        origin: tuple[float, float, float],
+        quaternion: tuple[float, float, float, float],
+        velocity: tuple[float, float, float],
+        spin: tuple[float, float, float],
+    ) -> None:
+        plane, footprint = self._planes[side], self._footprints[side]
+        support = press(self._pile, footprint, origin, quaternion, centre, velocity, spin, self._dt)
+        tilt_x, tilt_y = support.tilt
+        self._move(plane, support.point, (tilt_x / 2.0, tilt_y / 2.0, 0.0, 1.0))
+        self.plough[side] = support.force
+        if support.active:
+            damping = self._pile.relaxation_time * support.stiffness
+            self._soften(plane, -1, contactStiffness=support.stiffness, contactDamping=damping)
+        if support.force != (0.0, 0.0):
+            foot = self._feet[side]
+            self._push(self._body, foot, (*support.force, 0.0), centre, WORLD_FRAME)
+            self._twist(self._body, foot, support.torque, WORLD_FRAME)
+
+
+def _own_plane(client: BulletClient, body: int, foot: int) -> int:
+    """A plane that only this foot meets."""
+    plane = add_plane(client, PARKED)
+    for link in links(client, body):
+        if link != foot:
+            client.setCollisionFilterPair(body, plane, link, -1, 0)
+    return plane
