@@ -14,7 +14,7 @@ LEVELS = [
     "motion settings log body urdf fall surfaces servos",
     "gaits robots metrics",
     "trial experiment plan engine store",
-    "simulate report",
+    "simulate report audit",
     "run",
     "executors worker",
     "dispatch",

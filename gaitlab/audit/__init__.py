@@ -1,0 +1,1 @@
+"""Published numbers and equations of the papers, checked one by one."""
