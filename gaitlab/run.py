@@ -33,7 +33,10 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
         The record that was committed: `DONE`, `INFEASIBLE` or `FAILED`.
 
     Raises:
-        StoreError: If it could not be committed; the trial is not to blame.
+        StoreError: If it could not be committed, or the store has vanished; the trial is not to
+            blame.
+        MemoryError: If there is not enough memory; the worker is to end, and the trial is run
+            once more.
     """
     committed = _committed(Store(store), trial_id)
     if committed is not None:
@@ -48,6 +51,11 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
         metrics=outcome.metrics,
         provenance=provenance(time.perf_counter() - start),
     )
+    if not store.is_dir():  # a commit would make it anew, perhaps on another disk
+        raise StoreError(
+            f"{store}: the folder of the results has vanished while it was in use; bring it back "
+            "or choose another one with --store DIR. The same command goes on from there."
+        )
     Store(store).commit(record, outcome.log)
     return record
 
@@ -73,6 +81,8 @@ def _outcome(trial: Mapping[str, Any]) -> _Outcome:
         return _Outcome("DONE", metrics=measure(log), log=log)
     except Infeasible as error:
         return _Outcome("INFEASIBLE", str(error))
+    except MemoryError:
+        raise
     except Exception as error:
         return _Outcome("FAILED", _reason(error))
 

@@ -58,7 +58,7 @@ def planned(numbers: range, **values: object) -> list[SimpleNamespace]:
     """Planned trials as far as a list of trials looks at them."""
     return [
         SimpleNamespace(
-            trial=SimpleNamespace(id=trial_id(number)),
+            trial=SimpleNamespace(id=trial_id(number), seed=number),
             values={"surface": "grass_50mm", "gait.step_height": 0.01 * number, **values},
             cell_index=number,
         )

@@ -96,7 +96,7 @@ def test_a_damaged_trial_is_done_again(store: Store) -> None:
     path = store.file(next(iter(store.states())))
     path.write_bytes(path.read_bytes()[:-100])
     found = outlook(experiment(), store)
-    assert (found.count("damaged"), found.count("cached")) == (1, CELLS - 1)
+    assert (found.count("file damaged"), found.count("cached")) == (1, CELLS - 1)
     assert dispatch(experiment(), store, jobs=0).done == 1
     assert contents(store) == before
 

@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gaitlab.errors import StoreError
@@ -50,7 +51,14 @@ def hang() -> None:
         time.sleep(1.0)
 
 
+def eat() -> None:
+    eaten = []
+    while True:
+        eaten.append(np.empty(64 << 20, dtype=np.uint8))
+
+
 DEEDS = {
+    "eat": eat,
     "work": lambda: None,
     "die once": lambda: None,
     "leave": lambda: os._exit(0),
@@ -105,13 +113,27 @@ def test_dead_workers_cost_their_own_trials_and_say_how_they_died(tmp_path: Path
     assert executor.running == 0
 
 
-def test_a_hanging_trial_is_stopped_and_the_next_one_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.executors.child.START_TIME", 0.0)
+def test_a_hanging_trial_is_stopped_and_the_next_one_runs() -> None:
     hanging, working = jobs("hang", "work")
     found = list(Processes(behave, 1).run([replace(hanging, timeout=1.0), working]))
     reasons = {outcome.job.trial["do"]: outcome.reason for outcome in found}
     assert "time-out: not done within 1 s" in reasons["hang"]
     assert reasons["work"] == ""
+
+
+def test_memory_that_a_trial_eats_costs_that_trial_alone(tmp_path: Path) -> None:
+    executor = Processes(partial(behave, folder=tmp_path), 1, memory=2 << 30)
+    found = outcomes(executor, "eat", "work")
+    assert found["eat"].reason.startswith("out of memory\n")
+    assert "in eat" in found["eat"].reason, "where it was eaten"
+    assert len(pids(tmp_path, found["eat"].job.trial_id)) == 2, "retried once"
+    assert found["work"].record is not None
+
+
+def test_a_worker_that_does_not_start_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gaitlab.executors.child.START_TIME", 0.0)
+    found = list(Processes(behave, 1).run(jobs("work")))
+    assert found[0].reason.startswith("time-out: not started in 0 s")
 
 
 def test_an_idle_worker_that_is_killed_costs_nothing(tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ def store(tmp_path: Path) -> Store:
 
 
 def run(wanted: Trial, store: Store):
+    store.path.mkdir(exist_ok=True)
     return run_trial(wanted.id, json.loads(json.dumps(wanted.to_dict())), store.path)
 
 
@@ -62,6 +63,7 @@ def test_the_same_trial_gives_the_same_bytes_here_and_in_workers(tmp_path: Path)
         run(wanted, Store(tmp_path / name))
         digests.add(columns_sha256(Store(tmp_path / name).log(wanted.id)))
     job = Job(trial_id=wanted.id, trial=wanted.to_dict(), timeout=120.0)
+    (tmp_path / "third").mkdir()
     task = partial(simulated, store=tmp_path / "third")
     list(Processes(task, 1).run([job]))
     digests.add(columns_sha256(Store(tmp_path / "third").log(wanted.id)))
@@ -110,7 +112,15 @@ def test_a_failed_trial_runs_again(store: Store) -> None:
     assert run(wanted, store).state == "DONE"
 
 
-def test_a_store_that_cannot_be_written_is_no_failed_trial(tmp_path: Path) -> None:
-    (tmp_path / "data").write_text("in the way")
+def test_a_store_that_cannot_be_written_is_no_failed_trial(store: Store) -> None:
+    store.path.mkdir()
+    (store.path / "trials").write_text("in the way")
     with pytest.raises(StoreError, match="cannot be written"):
-        run(trial("gait.step_height=0.15"), Store(tmp_path / "data"))
+        run(trial("gait.step_height=0.15"), store)
+
+
+def test_a_store_that_has_vanished_is_not_made_anew(store: Store) -> None:
+    wanted = trial("gait.step_height=0.15")
+    with pytest.raises(StoreError, match="has vanished"):
+        run_trial(wanted.id, wanted.to_dict(), store.path)
+    assert not store.path.exists()

@@ -7,7 +7,7 @@ import sys
 import time
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
 from rich.progress import Progress as RichProgress
 
 from gaitlab.cli.printing import duration, tell
@@ -30,19 +30,23 @@ class Bar:
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[counts]}"),
-            TimeRemainingColumn(),
+            TextColumn("{task.fields[remaining]}"),
             console=Console(stderr=True),
         )
         self._task = TaskID(0)
 
     def start(self, summary: Summary) -> None:
         """Show the bar."""
-        self._task = self._bar.add_task("trials", total=_due(summary), counts=_counts(summary))
+        counts, remaining = _counts(summary), _remaining(summary)
+        total = _due(summary)
+        self._task = self._bar.add_task("trials", total=total, counts=counts, remaining=remaining)
         self._bar.start()
 
     def update(self, summary: Summary) -> None:
         """Move it."""
-        self._bar.update(self._task, completed=_ended(summary), counts=_counts(summary))
+        counts, remaining = _counts(summary), _remaining(summary)
+        ended = _ended(summary)
+        self._bar.update(self._task, completed=ended, counts=counts, remaining=remaining)
 
     def message(self, text: str) -> None:
         """Written past the bar's buffers, because a signal may come while they are in use."""
@@ -95,6 +99,10 @@ def _counts(summary: Summary) -> str:
 
 
 def _line(summary: Summary) -> str:
-    ended, left = _ended(summary), summary.left
-    remaining = f", {duration(summary.seconds / ended * left)} left" if ended and left else ""
-    return f"{ended} of {_due(summary)} run; {_counts(summary)}{remaining}"
+    remaining = f", {_remaining(summary)}" if _remaining(summary) else ""
+    return f"{_ended(summary)} of {_due(summary)} run; {_counts(summary)}{remaining}"
+
+
+def _remaining(summary: Summary) -> str:
+    time_left = summary.time_left
+    return f"{duration(time_left)} left" if time_left is not None and summary.left else ""

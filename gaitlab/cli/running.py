@@ -72,8 +72,7 @@ def run(
     _refuse_large(cost(planned, planned.size, workers), yes)
     if dry_run:
         found = outlook(wanted, results)
-        due = found.count("new") + found.count("damaged")
-        due += found.count("failed before") if retry_failed else 0
+        due = sum(found.due(retry_failed).values())
         say(_plan_text(found, cost(planned, due, workers), retry_failed, as_json))
         return 0
     from gaitlab.cli.progress import progress
@@ -109,7 +108,7 @@ def _refuse_large(needed: Cost, yes: bool) -> None:
 def _plan_text(found: Outlook, needed: Cost, retry_failed: bool, as_json: bool) -> str:
     """The plan as a table, a row a cell and a reason for everything that would run."""
     if as_json:
-        counts = {stand: found.count(stand) for stand in ("new", "damaged", "failed before")}
+        counts = {"new": 0, "file damaged": 0, "failed before": 0, **found.due(True)}
         return json.dumps(
             {
                 "planned": found.planned,
@@ -127,7 +126,8 @@ def _plan_text(found: Outlook, needed: Cost, retry_failed: bool, as_json: bool) 
     ]
     total = f"{found.planned} trials in {len(rows)} cells: {found.count('cached')} cached, "
     total += f"{needed.trials} to run, up to {duration(needed.seconds)} and {size(needed.size)}"
-    return f"{columns(head, rows)}\n\n{total}"
+    code = [f"this experiment runs code of your own: {file}" for file in found.own_code]
+    return "\n".join([f"{columns(head, rows)}\n\n{total}", *code])
 
 
 def _standing_cells(standing: Mapping[Standing, int], retry_failed: bool) -> list[str]:

@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
+from gaitlab.dispatch.basis import Past, basis
 from gaitlab.errors import StoreError
 from gaitlab.experiment import Experiment
 from gaitlab.plan import Plan, plan
-from gaitlab.store import Store
+from gaitlab.store import Index, Listed, Store, listed
 
 WALL_RATIO = 0.35  # s of one core for a simulated second, see benchmarks
 BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks
 
-Standing: TypeAlias = Literal["cached", "failed before", "damaged", "new"]
+# One of the four below, or what changed since the same cell was asked for: `surface changed`.
+Standing: TypeAlias = str
+CACHED, NEW, DAMAGED, FAILED_BEFORE = "cached", "new", "file damaged", "failed before"
+KEPT_OUT = ("newer", "denied")  # files that no run may replace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,11 +45,13 @@ class Outlook:
         standings: For each cell of the plan, how many of its trials stand how.
         values: Varied parameters of each cell by dotted path.
         trial_seconds: Simulated time of one trial at most, in [s].
+        own_code: Files of the user's own that the experiment names, and that run as code.
     """
 
     standings: Sequence[Mapping[Standing, int]]
     values: Sequence[Mapping[str, object]]
     trial_seconds: float
+    own_code: Sequence[str] = ()
 
     @property
     def planned(self) -> int:
@@ -55,6 +61,14 @@ class Outlook:
     def count(self, standing: Standing) -> int:
         """Trials that stand so, over all cells."""
         return sum(cell.get(standing, 0) for cell in self.standings)
+
+    def due(self, retry_failed: bool) -> dict[Standing, int]:
+        """How many trials `run` would run, by the reason why."""
+        total: Counter[Standing] = Counter()
+        for cell in self.standings:
+            total.update(cell)
+        idle = {CACHED} if retry_failed else {CACHED, FAILED_BEFORE}
+        return {standing: count for standing, count in total.items() if standing not in idle}
 
 
 def cost(planned: Plan, trials: int, jobs: int) -> Cost:
@@ -67,31 +81,40 @@ def cost(planned: Plan, trials: int, jobs: int) -> Cost:
 
 def outlook(experiment: Experiment, store: Store) -> Outlook:
     """How every cell of an experiment stands, without running or writing anything."""
-    planned, standing = plan(experiment), standings(store)
+    planned = plan(experiment)
+    past = Past(basis(experiment), store.earlier(experiment.name))
+    standing = standings(store.index(), past)
     cells: dict[int, Counter[Standing]] = {}
     values: dict[int, Mapping[str, object]] = {}
     for item in planned.trials():
-        cells.setdefault(item.cell_index, Counter())[standing(item.trial.id)] += 1
+        cells.setdefault(item.cell_index, Counter())[standing(listed(item))] += 1
         values.setdefault(item.cell_index, item.values)
+    codes = (experiment.parts.robot_code, experiment.parts.gait_code)
     return Outlook(
         standings=[cells[index] for index in sorted(cells)],
         values=[values[index] for index in sorted(values)],
         trial_seconds=planned.seconds,
+        own_code=tuple(code.name for code in codes if code.digest is not None),
     )
 
 
-def standings(store: Store) -> Callable[[str], Standing]:
-    """How a trial stands in the store as it is now, by its id."""
-    index = store.index()
+def standings(index: Index, past: Past) -> Callable[[Listed], Standing]:
+    """How a wanted trial stands in a store.
+
+    Raises:
+        StoreError: By the function that is returned, for a trial whose file a newer gaitlab wrote.
+    """
     unreadable = {error.path.stem: error for error in index.unreadable}
 
-    def standing(trial_id: str) -> Standing:
-        entry = index.entries.get(trial_id)
+    def standing(wanted: Listed) -> Standing:
+        entry = index.entries.get(wanted.trial_id)
         if entry is not None:
-            return "failed before" if entry.state == "FAILED" else "cached"
-        error = unreadable.get(trial_id)
-        if error is not None and error.kind == "newer":
+            return FAILED_BEFORE if entry.state == "FAILED" else CACHED
+        error = unreadable.get(wanted.trial_id)
+        if error is not None and error.kind in KEPT_OUT:
             raise StoreError(str(error)) from error
-        return "new" if error is None else "damaged"
+        if error is not None:
+            return DAMAGED
+        return past.reason(wanted) or NEW
 
     return standing

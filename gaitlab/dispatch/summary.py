@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,6 +21,8 @@ class Summary:
         falls: Trials of the experiment in which the robot fell, cached ones included.
         seconds: Wall time of this run, in [s].
         interrupted: Stopped by Ctrl-C or SIGTERM; the rest is still to be done.
+        due_time: Simulated time of the trials that this run is to do, in [s].
+        done_time: Simulated time of those that it has done, in [s]; as planned, falls ignored.
     """
 
     planned: int = 0
@@ -31,11 +34,20 @@ class Summary:
     falls: int = 0
     seconds: float = 0.0
     interrupted: bool = False
+    due_time: float = 0.0
+    done_time: float = 0.0
 
     @property
     def left(self) -> int:
         """Trials still to be done."""
         return self.planned - self.cached - self.done - self.infeasible - self.failed
+
+    @property
+    def time_left(self) -> float | None:
+        """Wall time until the end in [s], long trials weighing more; None before the first ends."""
+        if not self.done_time:
+            return None
+        return self.seconds * max(0.0, self.due_time - self.done_time) / self.done_time
 
 
 class Progress(Protocol):
@@ -52,6 +64,33 @@ class Progress(Protocol):
 
     def finish(self, summary: Summary) -> None:
         """Nothing runs any more."""
+
+
+class Careful:
+    """Passes on to another what it can: a terminal or a reader that has gone stops no run."""
+
+    def __init__(self, told: Progress) -> None:
+        self._told = told
+
+    def start(self, summary: Summary) -> None:
+        """Pass it on."""
+        with suppress(OSError):
+            self._told.start(summary)
+
+    def update(self, summary: Summary) -> None:
+        """Pass it on."""
+        with suppress(OSError):
+            self._told.update(summary)
+
+    def message(self, text: str) -> None:
+        """Pass it on."""
+        with suppress(OSError):
+            self._told.message(text)
+
+    def finish(self, summary: Summary) -> None:
+        """Pass it on."""
+        with suppress(OSError):
+            self._told.finish(summary)
 
 
 class Silent:

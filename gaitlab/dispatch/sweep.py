@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
-import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import FrameType
 
-from gaitlab.dispatch.outlook import Standing, standings
-from gaitlab.dispatch.summary import Progress, Silent, Summary
+from gaitlab.dispatch.basis import Past, basis
+from gaitlab.dispatch.outlook import CACHED, FAILED_BEFORE, cost, standings
+from gaitlab.dispatch.signals import stoppable
+from gaitlab.dispatch.summary import Careful, Progress, Silent, Summary
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.executors import Executor, Job, Outcome, Processes, Serial, simulated
 from gaitlab.experiment import Experiment
-from gaitlab.plan import Plan, plan
+from gaitlab.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.provenance import provenance
-from gaitlab.store import Scalar, Store, TrialRecord
+from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
 
 TIMEOUT = 120.0  # s any trial may take
 TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
@@ -35,7 +36,8 @@ def dispatch(
 ) -> Summary:
     """Run the trials of an experiment that the store does not hold yet.
 
-    The first Ctrl-C, or SIGTERM, lets the running trials end; the second Ctrl-C kills them.
+    The first Ctrl-C, or SIGTERM, lets the running trials end; the second Ctrl-C kills them. A
+    terminal that goes away (SIGHUP) stops nothing.
 
     Args:
         experiment: What to run.
@@ -45,12 +47,13 @@ def dispatch(
         progress: Who is told.
 
     Raises:
-        StoreError: If the store is held by another run or cannot be written.
+        StoreError: If the store is held by another run, cannot be written or has vanished.
+        StoreFull: If there is no room; says how much the rest needs.
         KeyboardInterrupt: At the second Ctrl-C.
     """
-    with store.lock():
-        sweep = _Sweep(experiment, store, retry_failed, progress or Silent())
-        return sweep.run(_executor(store, jobs))
+    with store.lock() as held:
+        told = Careful(progress or Silent())
+        return _Sweep(experiment, store, held, retry_failed, told).run(_executor(store, jobs))
 
 
 @dataclass
@@ -59,6 +62,7 @@ class _Sweep:
 
     experiment: Experiment
     store: Store
+    held: Held
     retry_failed: bool
     progress: Progress
     summary: Summary = field(default_factory=Summary)
@@ -67,62 +71,83 @@ class _Sweep:
     def run(self, executor: Executor) -> Summary:
         """Run what is missing until it is done or somebody stops it."""
         planned = plan(self.experiment)
-        todo = self._take_stock(planned)
-        self.progress.start(self.summary)
-        try:
-            with self._stoppable(executor), closing(executor.run(_jobs(planned, todo))) as outcomes:
-                for outcome in outcomes:
-                    self._keep(outcome)
-        finally:
-            self.progress.finish(self.summary)
-        self.store.compact()
+        with stoppable(partial(self._stop, executor)):
+            try:
+                self._run(executor, planned)
+                self.store.compact()
+            except StoreFull as error:
+                raise StoreFull(f"{error} {self._needed(planned)}") from error
         return self.summary
 
-    def _take_stock(self, planned: Plan) -> set[str]:
-        """Register the plan, count what is there, give the ids of the trials that are due."""
-        entries = self.store.compact().entries
-        wanted = self.store.register(self.experiment, planned.trials()).trials
-        standing = standings(self.store)
-        stands = {trial.trial_id: standing(trial.trial_id) for trial in wanted}
-        counts = Counter(stands.values())
-        self.summary = Summary(
-            planned=len(stands),
-            cached=counts["cached"],
-            failed=0 if self.retry_failed else counts["failed before"],
-            falls=sum(_fell(entries[i].metrics) for i in stands if i in entries),
-        )
-        idle: set[Standing] = {"cached"} if self.retry_failed else {"cached", "failed before"}
-        return {trial_id for trial_id, stand in stands.items() if stand not in idle}
+    def _run(self, executor: Executor, planned: Plan) -> None:
+        todo = self._take_stock(planned)
+        self.progress.start(self.summary)
+        self._warn_of_little_room(planned)
+        try:
+            with closing(executor.run(_jobs(planned, todo))) as outcomes:
+                for outcome in outcomes:
+                    self.held.check()
+                    self._keep(outcome, todo)
+        finally:
+            self.progress.finish(self.summary)
 
-    def _keep(self, outcome: Outcome) -> None:
+    def _take_stock(self, planned: Plan) -> dict[str, float]:
+        """Register the plan, count what is there; simulated time of each trial that is due, by id.
+
+        Raises:
+            StoreError: If the store cannot be written, or a newer gaitlab wrote a wanted trial.
+        """
+        index, times = self.store.compact(), dict[str, float]()
+        parts = basis(self.experiment)
+        past = Past(parts, self.store.earlier(self.experiment.name))
+        listed = self.store.register(self.experiment, _timed(planned, times), parts)
+        standing = standings(index, past)
+        stands = {wanted.trial_id: standing(wanted) for wanted in listed.trials}
+        counts = Counter(stands.values())
+        idle = {CACHED} if self.retry_failed else {CACHED, FAILED_BEFORE}
+        todo = {i: times[i] for i, stand in stands.items() if stand not in idle}
+        self.summary = replace(
+            self.summary,
+            planned=len(stands),
+            cached=counts[CACHED],
+            failed=0 if self.retry_failed else counts[FAILED_BEFORE],
+            falls=sum(_fell(index.entries[i].metrics) for i in stands if i in index.entries),
+            due_time=sum(todo.values()),
+        )
+        return todo
+
+    def _keep(self, outcome: Outcome, times: Mapping[str, float]) -> None:
         """Note one outcome and tell of it."""
         record = outcome.record or _settle(self.store, outcome)
         self.store.note(record)
         self.summary = replace(
-            _counted(self.summary, record), seconds=time.monotonic() - self.start
+            _counted(self.summary, record),
+            seconds=time.monotonic() - self.start,
+            done_time=self.summary.done_time + times[record.trial_id],
         )
         self.progress.update(self.summary)
 
-    @contextmanager
-    def _stoppable(self, executor: Executor) -> Iterator[None]:
-        """Signals drain the executor while the block runs; only the main thread can have them."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
+    def _stop(self, executor: Executor, number: int) -> None:
+        """Let the running trials end; at the second Ctrl-C, nothing."""
+        if self.summary.interrupted and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        executor.drain()
+        self.summary = replace(self.summary, interrupted=True)
+        self.progress.message(f"stopping: {executor.running} running trials are finished first")
 
-        def stop(number: int, frame: FrameType | None) -> None:
-            if self.summary.interrupted and number == signal.SIGINT:
-                raise KeyboardInterrupt
-            executor.drain()
-            self.summary = replace(self.summary, interrupted=True)
-            self.progress.message(f"stopping: {executor.running} running trials are finished first")
+    def _needed(self, planned: Plan) -> str:
+        left = self.summary.left or planned.size
+        return f"The {left} trials left need up to {_megabytes(cost(planned, left, 1).size)}."
 
-        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-        try:
-            yield
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
+    def _warn_of_little_room(self, planned: Plan) -> None:
+        needed = cost(planned, self.summary.left, 1).size
+        with suppress(OSError):
+            free = shutil.disk_usage(self.store.path).free
+            if free < needed:
+                self.progress.message(
+                    f"the disk has {_megabytes(free)} free and this run needs up to "
+                    f"{_megabytes(needed)}; if it fills up, nothing committed is lost"
+                )
 
 
 def _executor(store: Store, jobs: int) -> Executor:
@@ -130,13 +155,26 @@ def _executor(store: Store, jobs: int) -> Executor:
     return Processes(task, jobs) if jobs else Serial(task)
 
 
-def _jobs(planned: Plan, todo: set[str]) -> Iterator[Job]:
-    """The trials that are due, in the order of the plan, each once and only when asked for."""
-    timeout = TIMEOUT + TIMEOUT_RATIO * planned.seconds
+def _timed(planned: Plan, times: dict[str, float]) -> Iterator[PlannedTrial]:
+    """The trials of a plan, noting by id how long each is if the robot stays up, in [s]."""
     for item in planned.trials():
-        if item.trial.id in todo:
-            todo.discard(item.trial.id)
-            yield Job(trial_id=item.trial.id, trial=item.trial.to_dict(), timeout=timeout)
+        times[item.trial.id] = duration(item.trial.gait, item.trial.horizon)
+        yield item
+
+
+def _jobs(planned: Plan, todo: Mapping[str, float]) -> Iterator[Job]:
+    """The trials that are due, in the order of the plan, each once and only when asked for."""
+    given: set[str] = set()
+    for item in planned.trials():
+        trial_id = item.trial.id
+        if trial_id in todo and trial_id not in given:
+            given.add(trial_id)
+            timeout = TIMEOUT + TIMEOUT_RATIO * todo[trial_id]
+            yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout)
+
+
+def _megabytes(size: float) -> str:
+    return f"{max(size, 1e6) / 1e6:.0f} MB"
 
 
 def _settle(store: Store, outcome: Outcome) -> TrialRecord:

@@ -2,7 +2,8 @@
 
 Whatever ends a worker (a segmentation fault, `os._exit`, SIGKILL, a time-out) costs the trial it
 had, which is run once more before it counts as lost. Workers are spawned, replaced after
-`MAX_TRIALS`, deaf to the terminal's signals and die with the driver.
+`MAX_TRIALS`, deaf to the terminal's signals and die with the driver. Each may allocate its share of
+the machine's memory.
 
 A pool of the standard library breaks as a whole when one worker dies. pebble's survives most
 deaths, but waits out the time-out when a worker leaves with exit code 0 and breaks when an idle
@@ -11,6 +12,7 @@ worker dies, so the workers are kept here: a pipe and a process each.
 
 from __future__ import annotations
 
+import os
 import time
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
@@ -25,6 +27,15 @@ MAX_TRIALS = 50  # of one worker; bounds whatever the physics engine leaks
 ATTEMPTS = 2  # a worker may die for reasons of its own once
 
 
+LEAST_MEMORY = 4 << 30  # byte; libraries reserve far more than they use
+
+
+def fair_memory(workers: int) -> int:
+    """Share of the machine's memory for each of several workers, in [byte]."""
+    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return max(LEAST_MEMORY, total // max(1, workers))
+
+
 class Processes:
     """Trials in worker processes.
 
@@ -32,10 +43,18 @@ class Processes:
         task: What to do with a trial; pickled into the workers.
         workers: How many.
         max_trials: A worker is replaced after this many.
+        memory: What a worker may allocate, in [byte].
     """
 
-    def __init__(self, task: Task, workers: int, max_trials: int = MAX_TRIALS) -> None:
+    def __init__(
+        self,
+        task: Task,
+        workers: int,
+        max_trials: int = MAX_TRIALS,
+        memory: int | None = None,
+    ) -> None:
         self._task, self._max_trials = task, max_trials
+        self._memory = memory or fair_memory(workers)
         self._slots = workers
         self._workers: list[Child] = []
         self._again: deque[tuple[Job, int]] = deque()
@@ -88,10 +107,10 @@ class Processes:
 
     def _worker(self, slot: int) -> Child:
         if slot == len(self._workers):
-            self._workers.append(Child(self._task))
+            self._workers.append(Child(self._task, self._memory))
         elif self._workers[slot].done >= self._max_trials or not self._workers[slot].alive:
             self._workers[slot].kill()
-            self._workers[slot] = Child(self._task)
+            self._workers[slot] = Child(self._task, self._memory)
         return self._workers[slot]
 
     def _ready(self) -> list[Child]:

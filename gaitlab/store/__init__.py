@@ -1,7 +1,21 @@
 """Results on disk: one Parquet file a trial, a derived index, two SQL views."""
 
-from gaitlab.store.lists import Listed, TrialList
+from gaitlab.store.durable import StoreFull
+from gaitlab.store.index import Index
+from gaitlab.store.lists import Listed, TrialList, listed
+from gaitlab.store.lock import Held
 from gaitlab.store.record import Scalar, State, TrialRecord
 from gaitlab.store.store import Store
 
-__all__ = ["Listed", "Scalar", "State", "Store", "TrialList", "TrialRecord"]
+__all__ = [
+    "Held",
+    "Index",
+    "Listed",
+    "Scalar",
+    "State",
+    "Store",
+    "StoreFull",
+    "TrialList",
+    "TrialRecord",
+    "listed",
+]

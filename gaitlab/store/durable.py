@@ -10,6 +10,12 @@ from pathlib import Path
 from gaitlab.errors import StoreError
 
 PARTIAL = ".tmp"  # ending of a file that is still being written
+LEAST_ROOM = 1 << 20  # byte worth freeing, however short the file that found none
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+class StoreFull(StoreError):
+    """There is no room for a file: the disk, a quota or the largest length of a file."""
 
 
 def write_durably(path: Path, content: bytes) -> None:
@@ -59,13 +65,16 @@ def sweep(folder: Path) -> int:
 def unwritable(path: Path, error: OSError, size: int = 0) -> StoreError:
     """The error of the operating system in the user's words, with what to do."""
     what = os.strerror(error.errno) if error.errno else str(error)
+    room = f"{max(size, LEAST_ROOM) / 1e6:.0f} MB"
     advice = {
-        errno.ENOSPC: f"the disk is full; free at least {max(size, 1 << 20) / 1e6:.0f} MB",
-        errno.EDQUOT: f"your quota is used up; free at least {max(size, 1 << 20) / 1e6:.0f} MB",
+        errno.ENOSPC: f"the disk is full; free at least {room}",
+        errno.EDQUOT: f"your quota is used up; free at least {room}",
+        errno.EFBIG: f"files may not be that long here; allow at least {room} with `ulimit -f`",
         errno.EROFS: "the file system is read-only; choose another folder with --store DIR",
         errno.ENOENT: "the folder has vanished while it was in use",
     }.get(error.errno or 0, "make it writable or choose another folder with --store DIR")
-    return StoreError(
+    kind = StoreFull if error.errno in _NO_ROOM else StoreError
+    return kind(
         f"{path}: cannot be written ({what}): {advice}. "
         "What is committed is safe; the same command goes on from there."
     )

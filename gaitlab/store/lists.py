@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
     from gaitlab.plan import PlannedTrial
 
+LIST = "trials.jsonl"
+EARLIER = "earlier.jsonl"  # the list before the last change
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
 
 
@@ -28,11 +31,13 @@ class Listed:
         trial_id: Identity of the trial.
         cell: Index of its cell in the plan.
         values: Varied parameters by dotted path, `surface` among them.
+        seed: Replicate of the cell; None in a list that an early version wrote.
     """
 
     trial_id: str
     cell: int
     values: Mapping[str, Scalar]
+    seed: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,43 +48,85 @@ class TrialList:
         experiment: Name of the experiment.
         digest: Digest of the experiment as it was resolved.
         trials: Each trial once.
+        basis: Digest of each part that the cells share, by what the part is called.
     """
 
     experiment: str
     digest: str
     trials: tuple[Listed, ...]
+    basis: Mapping[str, str] = field(default_factory=dict)
 
 
 def write_list(
-    experiments: Path, experiment: Experiment, planned: Iterable[PlannedTrial]
+    experiments: Path,
+    experiment: Experiment,
+    planned: Iterable[PlannedTrial],
+    basis: Mapping[str, str],
 ) -> TrialList:
-    """Keep the experiment's file and the list of its trials, replacing earlier ones."""
+    """Keep the experiment's file and the list of its trials; the list before it is kept too."""
     folder = experiments / checked_name(experiment.name)
     unique: dict[str, Listed] = {}
     for item in planned:
-        listed = Listed(trial_id=item.trial.id, cell=item.cell_index, values=_plain(item.values))
-        unique.setdefault(listed.trial_id, listed)
+        unique.setdefault(item.trial.id, listed(item))
     found = TrialList(
-        experiment=experiment.name, digest=experiment.digest, trials=tuple(unique.values())
+        experiment=experiment.name,
+        digest=experiment.digest,
+        trials=tuple(unique.values()),
+        basis=basis,
     )
     write_durably(folder / "experiment.yaml", experiment.text.encode())
-    write_durably(folder / "trials.jsonl", _encode(found))
+    _replace_list(folder, encode_list(found))
     return found
 
 
-def read_list(folder: Path) -> TrialList:
+def _replace_list(folder: Path, content: bytes) -> None:
+    """Keep what the cells were before a change, to tell later why their trials run again."""
+    path = folder / LIST
+    with suppress(OSError):
+        before = path.read_bytes()
+        if before == content:
+            return
+        write_durably(folder / EARLIER, before)
+    write_durably(path, content)
+
+
+def listed(item: PlannedTrial) -> Listed:
+    """The line of the list that stands for a planned trial."""
+    return Listed(
+        trial_id=item.trial.id,
+        cell=item.cell_index,
+        values=_plain(item.values),
+        seed=item.trial.seed,
+    )
+
+
+def earlier_lists(folder: Path) -> list[TrialList]:
+    """The list of an experiment and the one before it, newest first, as far as there are any."""
+    found = []
+    for name in (LIST, EARLIER):
+        with suppress(StoreError):
+            found.append(read_list(folder, name))
+    return found
+
+
+def read_list(folder: Path, name: str = LIST) -> TrialList:
     """The list that `write_list` kept in the folder of an experiment.
 
     Raises:
         StoreError: If the list is damaged.
     """
-    path = folder / "trials.jsonl"
+    path = folder / name
     try:
         head, *lines = (json.loads(line) for line in path.read_bytes().splitlines())
         trials = tuple(Listed(**line) for line in lines)
         if len(trials) != head["trials"]:
             raise ValueError(f"{len(trials)} of {head['trials']} trials")
-        return TrialList(experiment=head["experiment"], digest=head["digest"], trials=trials)
+        return TrialList(
+            experiment=head["experiment"],
+            digest=head["digest"],
+            trials=trials,
+            basis=head.get("basis", {}),
+        )
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise StoreError(
             f"{path}: the list of trials is damaged ({error}). The trials themselves are safe; "
@@ -101,13 +148,18 @@ def checked_name(name: str) -> str:
     return name
 
 
-def _encode(found: TrialList) -> bytes:
+def encode_list(found: TrialList) -> bytes:
+    """The file of a list: a head, and one line a trial."""
     head = {
         "experiment": found.experiment,
         "digest": found.digest,
         "trials": len(found.trials),
+        "basis": dict(found.basis),
     }
-    lines = ({"trial_id": t.trial_id, "cell": t.cell, "values": t.values} for t in found.trials)
+    lines = (
+        {"trial_id": t.trial_id, "cell": t.cell, "values": t.values, "seed": t.seed}
+        for t in found.trials
+    )
     return "".join(f"{canonical(line)}\n" for line in (head, *lines)).encode()
 
 

@@ -13,6 +13,7 @@ import os
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -20,8 +21,34 @@ from gaitlab.errors import StoreError
 from gaitlab.store.durable import unwritable
 
 
+@dataclass(frozen=True, kw_only=True)
+class Held:
+    """A store that this process holds.
+
+    Attributes:
+        path: File of the lock.
+        descriptor: The same, open.
+    """
+
+    path: Path
+    descriptor: int
+
+    def check(self) -> None:
+        """Make sure that the folder is still the one that was taken.
+
+        Raises:
+            StoreError: If it was removed, replaced or unmounted meanwhile.
+        """
+        try:
+            there = os.path.samestat(os.stat(self.path), os.fstat(self.descriptor))
+        except OSError as error:
+            raise unwritable(self.path.parent, error) from error
+        if not there:
+            raise unwritable(self.path.parent, FileNotFoundError(errno.ENOENT, "replaced"))
+
+
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
+def locked(path: Path) -> Iterator[Held]:
     """Hold the store for this process.
 
     Raises:
@@ -32,7 +59,7 @@ def locked(path: Path) -> Iterator[None]:
     try:
         _acquire(descriptor, path)
         _sign(descriptor, path)
-        yield
+        yield Held(path=path, descriptor=descriptor)
     finally:
         os.close(descriptor)
 

@@ -12,7 +12,7 @@ import dataclasses
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pyarrow as pa
@@ -21,20 +21,25 @@ import pyarrow.parquet as pq
 from gaitlab.log import LogHeader, TrialLog, columns
 from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
+OLDEST_VERSION = 1  # of the file that can still be read
 FORMAT_VERSION = 1  # of the file; raise it when an older gaitlab could misread a newer file
 _VERSION, _RECORD, _HEADER = b"gaitlab.format", b"gaitlab.record", b"gaitlab.header"
 _VOLATILE = b"gaitlab.volatile"
 _COLUMNS_SHA256, _SEAL = b"gaitlab.columns_sha256", b"gaitlab.seal"
 
 
+UnreadableKind: TypeAlias = Literal["damaged", "foreign", "older", "newer", "denied"]
+
+
 class Unreadable(Exception):
     """A file that is no whole trial of this version.
 
     Attributes:
-        kind: `damaged`, `foreign` (not written by gaitlab) or `newer`.
+        kind: `damaged`, `foreign` (not written by gaitlab), `older` or `newer` (written by
+            another version), or `denied` (no permission to read it).
     """
 
-    def __init__(self, path: Path, kind: Literal["damaged", "foreign", "newer"], why: str) -> None:
+    def __init__(self, path: Path, kind: UnreadableKind, why: str) -> None:
         super().__init__(f"{path}: {kind}: {why}")
         self.path, self.kind, self.why = path, kind, why
 
@@ -136,6 +141,8 @@ def _schema_metadata(path: Path) -> dict[bytes, bytes]:
     except (pa.ArrowException, OSError) as error:
         if isinstance(error, FileNotFoundError):
             raise
+        if isinstance(error, PermissionError):
+            raise Unreadable(path, "denied", "no permission to read it; `chmod u+r` it") from error
         raise Unreadable(path, "damaged", f"not a whole Parquet file ({_short(error)})") from error
     return metadata or {}
 
@@ -161,6 +168,9 @@ def _check_version(path: Path, written: bytes) -> None:
         version = int(written)
     except ValueError as error:
         raise Unreadable(path, "damaged", f"format version {written!r}") from error
+    if version < OLDEST_VERSION:
+        why = f"format {version}, this gaitlab reads from {OLDEST_VERSION} on"
+        raise Unreadable(path, "older", why)
     if version > FORMAT_VERSION:
         why = f"format {version}, this gaitlab reads up to {FORMAT_VERSION}; update gaitlab"
         raise Unreadable(path, "newer", why)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gaitlab.errors import StoreError, UnknownName
@@ -20,8 +21,8 @@ from gaitlab.store.index import (
     reconcile,
     write_entries,
 )
-from gaitlab.store.lists import TrialList, read_list, write_list
-from gaitlab.store.lock import locked
+from gaitlab.store.lists import TrialList, earlier_lists, read_list, write_list
+from gaitlab.store.lock import Held, locked
 from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import State, TrialRecord
 
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
     from gaitlab.experiment import Experiment
     from gaitlab.plan import PlannedTrial
+
+
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Store:
@@ -46,16 +50,16 @@ class Store:
         self._index_file = path / "index.jsonl"
 
     @contextmanager
-    def lock(self) -> Iterator[None]:
+    def lock(self) -> Iterator[Held]:
         """Hold the store against other runs, first clearing what a killed run left half-written.
 
         Raises:
             StoreError: If another run holds it (names host, process and start), or the folder
                 cannot be written.
         """
-        with locked(self.path / "lock"):
+        with locked(self.path / "lock") as held:
             sweep(self.path)
-            yield
+            yield held
 
     def file(self, trial_id: str) -> Path:
         """Where the trial is, or would be."""
@@ -130,9 +134,24 @@ class Store:
             raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
         return log
 
-    def register(self, experiment: Experiment, planned: Iterable[PlannedTrial]) -> TrialList:
-        """Keep a copy of the experiment's file and the list of its trials."""
-        return write_list(self._experiments, experiment, planned)
+    def register(
+        self,
+        experiment: Experiment,
+        planned: Iterable[PlannedTrial],
+        basis: Mapping[str, str] = NOTHING,
+    ) -> TrialList:
+        """Keep a copy of the experiment's file and the list of its trials.
+
+        Args:
+            experiment: The experiment.
+            planned: Its trials.
+            basis: Digest of each part that its cells share, by what the part is called.
+        """
+        return write_list(self._experiments, experiment, planned, basis)
+
+    def earlier(self, experiment: str) -> list[TrialList]:
+        """What an experiment of this name has asked for so far, the newest list first."""
+        return earlier_lists(self._experiments / experiment)
 
     def experiments(self) -> dict[str, TrialList]:
         """Every experiment that was run on this store, by name."""

@@ -1,0 +1,73 @@
+"""What the cells of an experiment share, as digests: tells why a trial's identity has changed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+
+import gaitlab.trial
+from gaitlab.experiment import Experiment
+from gaitlab.store import Listed, TrialList
+from gaitlab.trial import canonical_json, values
+
+DIGEST_LENGTH = 16  # hex digits; only ever compared with the digest of the same part
+_SURFACE = "surface "  # start of a ground's name among the parts
+
+
+def basis(experiment: Experiment) -> dict[str, str]:
+    """Digest of each part that an experiment starts from, without what it varies."""
+    parts, varied = experiment.parts, frozenset(experiment.varied)
+    owners = {
+        "robot": [parts.robot_code.identity, _fixed("robot", parts.robot, varied)],
+        "gait": [parts.gait_code.identity, _fixed("gait", parts.gait, varied)],
+        "servo": [_fixed("servo", servo, varied) for servo in parts.servos({})],
+        **{
+            name: _fixed(name, getattr(parts, name), varied)
+            for name in ("engine", "horizon", "spread")
+        },
+        **{
+            f"{_SURFACE}{name}": [ground.type, _fixed("surface", ground, varied)]
+            for name, ground in parts.surfaces.items()
+        },
+    }
+    digests = {name: _digest(content) for name, content in owners.items()}
+    return {**digests, "physics version": str(gaitlab.trial.PHYSICS_VERSION)}
+
+
+class Past:
+    """Why trials are not those that the same experiment asked for before."""
+
+    def __init__(self, now: Mapping[str, str], earlier: Iterable[TrialList]) -> None:
+        self._now = now
+        self._known = [
+            (found.basis, {_place(listed): listed.trial_id for listed in found.trials})
+            for found in earlier
+        ]
+
+    def reason(self, wanted: Listed) -> str:
+        """`surface changed` for instance; empty if nothing like this trial was asked for."""
+        place = _place(wanted)
+        for before, ids in self._known:
+            if ids.get(place, wanted.trial_id) != wanted.trial_id:
+                return _difference(before, self._now, f"{_SURFACE}{wanted.values['surface']}")
+        return ""
+
+
+def _difference(before: Mapping[str, str], now: Mapping[str, str], surface: str) -> str:
+    names = [name for name in now if not name.startswith(_SURFACE) or name == surface]
+    different = [name for name in names if before.get(name, now[name]) != now[name]]
+    shown = [name.partition(" ")[0] if name == surface else name for name in different]
+    return f"{' and '.join(shown)} changed" if shown else ""
+
+
+def _place(listed: Listed) -> str:
+    """The cell and the replicate, by their values."""
+    return canonical_json([listed.values, listed.seed])
+
+
+def _fixed(group: str, owner: object, varied: frozenset[str]) -> dict[str, object]:
+    return {path: v for path, v in values(owner).items() if f"{group}.{path}" not in varied}
+
+
+def _digest(content: object) -> str:
+    return hashlib.sha256(canonical_json(content).encode()).hexdigest()[:DIGEST_LENGTH]
