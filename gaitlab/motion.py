@@ -6,7 +6,8 @@ References:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -30,6 +31,8 @@ class FeetPoses:
         swing: True where the gait means the foot to be in the air. Shape (n, 2).
         phase: Gait phase in [0, 1), NaN before full-amplitude walking starts. Shape (n,).
         step_index: Footsteps begun since full-amplitude walking started, -1 before. Shape (n,).
+        joints: Joints that the gait sets itself, by name, whatever inverse kinematics gives for
+            them, in [rad]. Shape (n,) each.
     """
 
     position: np.ndarray
@@ -40,6 +43,7 @@ class FeetPoses:
     swing: np.ndarray
     phase: np.ndarray
     step_index: np.ndarray
+    joints: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 class Gait(Protocol):

@@ -6,6 +6,7 @@ from math import ceil, hypot, isfinite
 
 import numpy as np
 
+from gaitlab.commands import joint_commands
 from gaitlab.engine import Engine, TickState
 from gaitlab.errors import GaitlabError
 from gaitlab.fall import FallDetector
@@ -30,7 +31,7 @@ def simulate(trial: Trial) -> TrialLog:
     """
     header = _header(trial)
     feet = trial.gait.feet(np.arange(_ticks(trial)) * header.dt)
-    targets = trial.robot.joint_targets(feet)
+    targets = joint_commands(trial.robot, feet)
     with Engine(
         trial.robot,
         trial.surface,
