@@ -16,6 +16,7 @@ import re
 import sys
 import traceback
 from collections.abc import Iterable
+from os.path import expanduser
 from pathlib import Path
 from types import ModuleType
 from typing import Literal
@@ -108,35 +109,48 @@ def locate(kind: Kind, name: str, relative_to: Path | None = None) -> Path:
         file = folder / f"{name}{SUFFIXES[kind][0]}"
         if NAME.fullmatch(name) and file.is_file():
             return file
-    own = f"a file of your own is written with its suffix, ./{name[:40]}{SUFFIXES[kind][0]}"
+    example = name if NAME.fullmatch(name) else f"my_{kind}"
+    own = f"a file of your own is written with its suffix, ./{example[:40]}{SUFFIXES[kind][0]}"
     raise UnknownName(f"no {kind} is called {name!r}{suggestion(name, names(kind))}; {own}")
 
 
 def _refuse_dangerous(kind: Kind, name: str) -> None:
     if not name.isprintable() or len(name) > 1000:
         raise UnknownName(
-            f"{name[:60]!r} cannot name a {kind}: "
+            f"{name[:60]!r} is no name of any {kind}: "
             f"at most 1000 printable characters are allowed{suggestion('', names(kind))}"
         )
 
 
 def _own_file(kind: Kind, name: str, folder: Path) -> Path:
-    allowed = SUFFIXES[kind]
-    file = (folder / Path(name).expanduser()).resolve()
+    allowed, what = SUFFIXES[kind], _what_is_there(folder, name)
     known = suggestion(label(name), names(kind))
-    if file.is_dir():
+    if what == "a directory":
         raise UnknownName(f"{name!r} is a directory; give a {allowed[0]} file in it{known}")
-    if file.suffix not in allowed:
+    if Path(name).suffix.lower() not in allowed:
         raise UnknownName(
             f"{name!r} names no {kind}: a file of your own ends in {' or '.join(allowed)}, "
             f"a shipped {kind} is named without a folder{known}"
         )
-    if not file.is_file():
-        raise UnknownName(
-            f"{name!r}: there is no file {file}; give a {allowed[0]} file relative to {folder}"
-            f"{known}"
-        )
-    return file
+    file = folder / expanduser(name)
+    if what != "a file":
+        beside = [found.name for found in _files(file.parent, allowed[0])]
+        near = nearest(file.name, beside) or known
+        raise UnknownName(f"{name!r}: there is {what} {file}; give a {allowed[0]} file{near}")
+    # The folder is resolved but a link keeps its own name, which is what the results are called.
+    return file.parent.resolve() / file.name
+
+
+def _what_is_there(folder: Path, name: str) -> str:
+    """`a file`, `a directory` or in words why it is neither."""
+    try:
+        file = (folder / expanduser(name)).resolve()
+        if file.is_dir():
+            return "a directory"
+        return "a file" if file.is_file() else "no file"
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return f"no way ({reason}) to"
 
 
 def is_shipped(kind: Kind, path: Path) -> bool:
@@ -205,14 +219,18 @@ def _execute(path: Path, text: bytes, module: ModuleType) -> None:
     # Compiled here and not by the loader, whose bytecode cache goes by mtime and may be stale.
     try:
         exec(compile(text, str(path), "exec"), module.__dict__)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[module.__name__]
-        line = _line_of(path, error)
-        message = f"does not load: {type(error).__name__}: {error}; mend the file and run again"
-        raise _wrong_file(path, line, message) from error
+        raise blamed(path, "does not load", error) from error
 
 
-def _line_of(path: Path, error: Exception) -> int | None:
+def blamed(path: Path, what: str, error: BaseException) -> FileError:
+    """A mistake in a user's own Python file, at the innermost line of it that was running."""
+    message = f"{what}: {type(error).__name__}: {error}; mend the file and run again"
+    return _wrong_file(path, _line_of(path, error), message)
+
+
+def _line_of(path: Path, error: BaseException) -> int | None:
     if isinstance(error, SyntaxError):
         return error.lineno
     frames = traceback.extract_tb(error.__traceback__)

@@ -122,7 +122,11 @@ def test_scalars_are_those_of_yaml_1_2(text: str, value: object) -> None:
         ("a: 1\nb: 2\na: 3\n", "3:1", "duplicate key 'a' (first in line 1)"),
         ("a:\n\tb: 1\n", "2:1", "never with tabs"),
         ("a: [1, 2\n", "2:1", "brackets"),
-        ("a: b: c", "1:5", "mapping values are not allowed here"),
+        ("x: 1\na: {b: 1,\n\nc: d: e}", "4:5", "the bracket was opened in line 2"),
+        ("x: 1\na: 'b\n\n", "4:1", "the quote was opened in line 2"),
+        ("a: b: c", "1:5", "two colons, or the line above lacks its colon"),
+        ("a b\nc: d", "2:2", "the line above lacks its colon"),
+        ("a:\u00a0b\nc: d", "2:2", "no-break space"),
         ("x: 1\na: !!python/object/apply:os.system [ls]", "2:4", "is not allowed"),
         ("a: !mine 3", "1:4", "is not allowed"),
         ("%YAML 1.1\n---\na: yes", "1:1", "directive"),
@@ -231,6 +235,10 @@ def test_a_number_may_carry_unit_and_source() -> None:
             "lean: found the text 'high'; allowed is a number from -0.5 to 0.5 rad",
         ),
         ("lean: '0.1'", "2:7", "the text '0.1'"),
+        ("lean: '1e-1'", "2:7", "write 1e-1 without quotes"),
+        ("lean: 0,1", "2:7", "write 0.1 without quotes and with a point"),
+        ("lean: 20 deg", "2:7", "write the number alone, without 'deg', in the unit above"),
+        ("label: {value: x}", "2:8", "found a mapping (key: value); allowed is text"),
         ("lean: true", "2:7", "found true; allowed is a number"),
         ("lean: .nan", "2:7", "found nan"),
         ("lean: 1e999", "2:7", "found inf"),
@@ -255,7 +263,7 @@ def test_a_number_may_carry_unit_and_source() -> None:
         ("foot: {lenght: 0.1}", "2:8", "unknown key 'lenght' in 'foot'; did you mean 'length'?"),
         ("jonts: 3", "2:1", "did you mean 'joints'? Known: height, lean, joints"),
         ("lean: {value: 1.0, unit: deg}", "2:26", "the unit is 'rad', convert it"),
-        ("lean: {value: 0.1}", "2:7", "`unit:` missing"),
+        ("lean: {value: 0.1}", "2:7", "lean: `unit:` is missing"),
         ("lean: {value: 0.1, unit: rad, sauce: x}", "2:31", "did you mean 'source'?"),
     ],
 )
@@ -263,6 +271,12 @@ def test_a_wrong_value_is_named_with_its_place_and_what_is_allowed(line, place, 
     (found,) = complaints(f"height: 0.52\n{line}\n")
     assert found.startswith(f"team.yaml:{place}: ")
     assert words in found
+
+
+@pytest.mark.parametrize("value", ["0.6", "-0.55", "1.0"])
+def test_a_value_just_outside_is_not_taken_for_another_unit(value: str) -> None:
+    (found,) = complaints(f"height: 0.52\nlean: {value}\n")
+    assert "units are SI" not in found
 
 
 def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file() -> None:

@@ -185,6 +185,9 @@ def test_no_seeds_are_wrong_usage(tmp_path: Path, seeds: int) -> None:
     [
         ("surfaces", "write path=value"),
         ("=3", "write path=value"),
+        (".gait=3", "write path=value"),
+        ("gait..step_height=3", "write path=value"),
+        ("gait. step_height=3", "write path=value"),
         ("gait.step_length=0.02", "--set 'grid.gait.step_length=[0.02]'"),
         ("gait.areas=3", "--set 'zip.gait.areas=[3]'"),
     ],
@@ -246,6 +249,16 @@ MISTAKES = [
     ("[flat, studs]", "[flat, stud]", "6:27", "did you mean 'studs'?"),
     ("robot.sole.kind", "robot.sole.king", "6:3", "did you mean 'robot.sole.kind'?"),
     ("robot.sole.kind", "sole.kind", "6:3", "is no dotted path; it starts with one of: gait."),
+    ("robot.sole.kind", "sole.kind", "6:3", "did you mean 'robot.sole.kind'?"),
+    ("robot.sole.kind", "surface", "6:3", "list the grounds under `surfaces:`"),
+    ("robot.sole.kind", "seed", "6:3", "give `seeds:` a number or a list"),
+    ("robot.sole.kind", "gait.type", "6:3", "write an experiment for each gait"),
+    (
+        "gait.step_length: [0.0,",
+        "gait: {step_length: [0.0]}\n  gait.x: [",
+        "5:9",
+        "`gait.step_length",
+    ),
     ("robot.sole.kind", "gait.areas", "9:3", "varied twice, under grid and zip"),
     ("robot.sole.kind: [flat, studs]", "servo.type: [mx_28, mx]", "6:23", "no servo is called"),
     ("robot.sole.kind: [flat, studs]", "robot.mass: [true]", "6:16", "found true"),
@@ -275,9 +288,18 @@ MISTAKES = [
     ("seeds: 4", "servo: [mx_28]", "10:8", "found a list"),
     ("seeds: 4", "surface: {spacing: 0.01}", "10:11", "no parameter of carpet_4mm"),
     ("seeds: 4", "surface: {toe_catch: 50}", "10:22", "a number from 0 to 30"),
+    ("rows: gait.step_length", "rows: surface", "11:16", "which is the columns already"),
+    (
+        "rows: gait.step_length",
+        "columns: gait.areas, variants: gait.areas",
+        "11:41",
+        "leave it out",
+    ),
     ("seeds: 4", "surface: soft", "10:10", "found the text 'soft'"),
     ("seeds: 4", "name: ../walk", "10:7", "it names a folder"),
     ("seeds: 4", "include: nowhere.yaml", "10:10", "there is no file"),
+    ("seeds: 4", "include: .", "10:10", "a directory is at"),
+    ("seeds: 4", "include: loop.yaml", "10:10", "leads nowhere: Symlink loop"),
     ("seeds: 4", "include: [a.yaml]", "10:10", "expected one .yaml file"),
     ("seeds: 4", "include: walk.yaml", "10:10", "include each other"),
     ("robot: eros", "robot: '../../etc/passwd'", "1:8", "ends in .py"),
@@ -299,8 +321,38 @@ MISTAKES = [
 @pytest.mark.parametrize(("old", "new", "place", "words"), MISTAKES)
 def test_a_mistake_is_answered_at_its_place(tmp_path, old, new, place, words) -> None:
     path = tmp_path / "walk.yaml"
+    (tmp_path / "loop.yaml").symlink_to("loop.yaml")
     found = [str(problem) for problem in problems(tmp_path, changed(old, new))]
     assert any(line.startswith(f"{path}:{place}: ") and words in line for line in found), found
+
+
+def test_a_setting_that_no_ground_knows_is_one_mistake(tmp_path: Path) -> None:
+    (found,) = problems(tmp_path, EXPERIMENT + "surface: {frction: 0.4}\n")
+    assert "did you mean 'friction'?" in found.message
+
+
+def test_a_file_whose_name_cannot_name_a_folder_is_told_what_to_write(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="add a line `name: our_field_2`"):
+        load_experiment(write(tmp_path, name="our field 2.yaml"))
+
+
+def test_a_linked_file_is_called_by_the_name_of_the_link(tmp_path: Path) -> None:
+    write(tmp_path)
+    (tmp_path / "tuned.yaml").symlink_to("walk.yaml")
+    assert load_experiment(tmp_path / "tuned.yaml").name == "tuned"
+
+
+def test_the_rows_are_chosen_among_what_is_no_variant(tmp_path: Path) -> None:
+    text = changed("rows: gait.step_length", "variants: gait.step_length")
+    assert read(tmp_path, text).report.rows == "robot.sole.kind"
+
+
+def test_settings_of_a_ground_are_tried_together(tmp_path: Path) -> None:
+    text = changed("[grass_50mm, carpet_4mm]", "[grass_50mm]")
+    both = read(tmp_path, text + "surface: {spacing: 0.0015, yarn: 1e-4}\n")
+    assert both.parts.surfaces["grass_50mm"].spacing == 0.0015
+    (found,) = problems(tmp_path, text + "surface: {spacing: 0.0015}\n")
+    assert "check spacing and yarn" in found.message
 
 
 def test_mistakes_in_several_parts_are_reported_at_once(tmp_path: Path) -> None:
@@ -329,9 +381,9 @@ def test_a_file_that_is_no_experiment_is_refused(tmp_path: Path, content: bytes)
 
 
 def test_a_missing_file_and_a_directory_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="there is no file"):
+    with pytest.raises(UnknownName, match="there is no file"):
         load_experiment(tmp_path / "none.yaml")
-    with pytest.raises(FileError, match="is a directory"):
+    with pytest.raises(UnknownName, match="is a directory"):
         load_experiment(tmp_path)
     with pytest.raises(UnknownName, match="did you mean 'eros_table7'"):
         load_experiment("eros_tabel7")

@@ -95,6 +95,29 @@ def test_a_directory_and_a_wrong_suffix_are_refused(tmp_path: Path) -> None:
         locate("robot", "./robot.urdf", tmp_path)
 
 
+def test_links_that_lead_nowhere_are_refused_and_say_so(tmp_path: Path) -> None:
+    (tmp_path / "loop.yaml").symlink_to("loop.yaml")
+    (tmp_path / "gone.yaml").symlink_to("deleted")
+    for name, words in (
+        ("loop", "Symlink loop"),
+        ("gone", "there is no file"),
+        ("x" * 300, "long"),
+    ):
+        with pytest.raises(UnknownName, match=words):
+            locate("surface", f"./{name}.yaml", tmp_path)
+
+
+def test_a_misspelt_file_gets_the_nearest_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "our_field.yaml").write_text("type: rigid\n")
+    with pytest.raises(UnknownName, match=r"did you mean 'our_field\.yaml'"):
+        locate("surface", "./our_feild.yaml", tmp_path)
+
+
+def test_capital_letters_in_a_suffix_do_not_matter(tmp_path: Path) -> None:
+    (tmp_path / "FIELD.YAML").write_text("type: rigid\n")
+    assert locate("surface", "FIELD.YAML", tmp_path) == tmp_path / "FIELD.YAML"
+
+
 def test_a_gait_of_the_users_own_is_loaded_once_for_the_same_text(tmp_path: Path) -> None:
     own = tmp_path / "my_gait.py"
     own.write_text(GAIT)
@@ -131,6 +154,7 @@ def test_python_is_not_run_before_it_is_named(tmp_path: Path) -> None:
         ("x = 1\n", "", "holds no dataclass called Gait"),
         ("class Gait:\n    pass\n", "", "holds no dataclass called Gait"),
         ("\0", "", "does not load"),
+        ("import sys\nsys.exit(3)\n", ":2", "does not load: SystemExit: 3"),
         (GAIT.replace("def feet", "def foot"), "", "the class lacks feet; a gait has step_length"),
         (GAIT.replace("areas: int", "areas: Integer"), "", "whose type cannot be read"),
     ],

@@ -21,6 +21,10 @@ LAWS = [
     ("grass_10mm", 2510, 2.1, 0.4, 7.1, 5.8),
     ("carpet_4mm", 0, 17.3e3, 0.8, 3.8, 3.7),
 ]
+GRASS = {
+    **{"friction": "0.4", "height": "0.05", "modulus": "5e8", "spacing": "0.01", "yarn": "1.1e-3"},
+    **{"blades": "16", "blade_width": "1.2e-3", "blade_thickness": "125e-6"},
+}
 
 
 @pytest.mark.parametrize(("name", "p1", "p2", "solid", "double", "single"), LAWS)
@@ -76,6 +80,12 @@ def test_a_copied_ground_with_another_height_is_another_ground(tmp_path: Path) -
     assert ours.law().gap_under(5000.0) < theirs.law().gap_under(5000.0)
 
 
+def grass(*changes: tuple[str, str]) -> str:
+    """A ground of tufts as bare numbers, some of them changed."""
+    numbers = dict(GRASS) | dict(changes)
+    return "type: tufts\n" + "".join(f"{key}: {value}\n" for key, value in numbers.items())
+
+
 @pytest.mark.parametrize(
     ("text", "place", "words"),
     [
@@ -86,6 +96,7 @@ def test_a_copied_ground_with_another_height_is_another_ground(tmp_path: Path) -
         ("type: rigid\nheight: 0.01\nfriction: 1\n", ":2:1", "unknown key 'height'"),
         ("type: rigid\nfriction: -1\n", ":2:11", "a number from 0.01 to 2"),
         ("type: rigid\n", ":1:1", "'friction' is missing"),
+        (grass(("spacing", "0.001")), ":1:1", "fill 2.39 of the pile, at most 0.6 is allowed"),
         ("type: mat\nheight: {value: 4, unit: mm}\n", ":2:26", "the unit is 'm', convert it"),
     ],
 )

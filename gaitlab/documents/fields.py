@@ -189,7 +189,7 @@ def _without_origins(cls: type, node: Node, prefix: str) -> tuple[Node, list[Pro
         if child.mapping and item is None:
             entries[key], found, deeper = _without_origins(cls, child, f"{path}.")
             problems, wrong = problems + found, wrong + deeper
-        elif child.mapping and item is not None and not _wants_node(item.type):
+        elif child.mapping and item is not None and item.type in (int, float):
             entries[key], found = _bare(item, child)
             problems, wrong = problems + found, wrong + ([path] if found else [])
     dropped = [path.removeprefix(prefix) for path in wrong]
@@ -203,14 +203,17 @@ def _bare(item: Parameter, node: Node) -> tuple[Node, list[Problem]]:
         if key not in DESCRIBED
     ]
     problems += [
-        node.problem(f"{item.name} is written with `{key}:` missing; {_form(item)}")
+        node.problem(f"{item.name}: `{key}:` is missing; {_form(item)}")
         for key in ("value", "unit")
         if key not in node.mapping
     ]
     unit = node.mapping.get("unit", node)
     if unit is not node and unit.value != item.unit:
         problems.append(
-            unit.problem(f"{item.name} in {unit.found()}; the unit is {item.unit!r}, convert it")
+            unit.problem(
+                f"{item.name}: found {unit.found()} as its unit; the unit is {item.unit!r}, "
+                "convert it"
+            )
         )
     return node.mapping.get("value", node), problems
 

@@ -112,7 +112,7 @@ def parse(text: str, file: Path, *, placed: bool = True) -> Node:
 def _control_character(error: ReaderError, file: Path, text: str) -> Problem:
     before = text[: error.position]
     line, column = before.count("\n") + 1, error.position - before.rfind("\n")
-    message = "a control character, which is no text; save the file as UTF-8 YAML"
+    message = "a control character, which is no text; delete it or save the file as UTF-8 YAML"
     return Problem(file=file, line=line, column=column, message=message)
 
 
@@ -122,12 +122,25 @@ def _syntax_problem(error: YAMLError, file: Path, text: str) -> Problem:
     if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
         message = f"not YAML: {str(error).splitlines()[0]}; check brackets, colons and indentation"
         return Problem(file=file, line=None, column=None, message=message)
-    mark = error.problem_mark
-    advice = "check brackets, colons and indentation"
-    if "\\t" in str(error.problem) or "tab" in str(error.problem):
-        advice = "YAML is indented with spaces, never with tabs"
-    message = f"not YAML: {error.problem}; {advice}"
+    mark, start = error.problem_mark, error.context_mark
+    begun = ""
+    if start is not None and start.line < mark.line and "flow" in f"{error.context}":
+        begun = f" (the bracket was opened in line {start.line + 1})"
+    if start is not None and start.line < mark.line and "quoted" in f"{error.context}":
+        begun = f" (the quote was opened in line {start.line + 1})"
+    message = f"not YAML: {error.problem}{begun}; {_advice(str(error.problem), text, mark.line)}"
     return Problem(file=file, line=mark.line + 1, column=mark.column + 1, message=message)
+
+
+def _advice(problem: str, text: str, line: int) -> str:
+    """What usually is behind a complaint of the YAML library."""
+    if "\\t" in problem or "tab" in problem:
+        return "YAML is indented with spaces, never with tabs"
+    if "\N{NO-BREAK SPACE}" in "".join(text.splitlines()[max(0, line - 1) : line + 1]):
+        return "there is a no-break space in this line or above; type the spaces anew"
+    if "mapping values" in problem:
+        return "a line has two colons, or the line above lacks its colon and a space after it"
+    return "check brackets, colons and indentation"
 
 
 def _unplaced(problem: Problem) -> Problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import isfinite, pi
 from typing import Literal, get_args, get_origin
 
@@ -10,6 +11,7 @@ from gaitlab.errors import Problem
 from gaitlab.parameters import Parameter, parameter_table
 from gaitlab.plugins import nearest, suggestion
 
+FAR_OUTSIDE = 4.0  # times the largest value allowed; nearer ones are rather bold than in mm
 SLIPS = {  # factor from what was probably meant to SI, by unit
     "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
     "rad": ((pi / 180.0, "degrees"),),
@@ -72,17 +74,33 @@ def wrong_value(item: Parameter, node: Node) -> str:
     choice = ""
     if get_origin(item.type) is Literal and isinstance(node.value, str):
         choice = nearest(node.value, map(str, get_args(item.type)))
-    return f"{found}; allowed is {allowed(item)} ({item.doc}){choice or _slip(item, node.value)}"
+    hint = choice or _slip(item, node.value) or _typing(item, node.value)
+    return f"{found}; allowed is {allowed(item)} ({item.doc}){hint}"
+
+
+def _typing(item: Parameter, value: object) -> str:
+    """What was probably meant when a text stands where a number should."""
+    if item.type not in (int, float) or not isinstance(value, str):
+        return ""
+    number = re.match(r"\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*(\S*)", value)
+    if number is None:
+        return ""
+    bare = number[1].replace(",", ".")
+    if number[2]:
+        return f"; write the number alone, without {number[2][:20]!r}, in the unit above"
+    return f"; write {bare} without quotes" + (" and with a point" if "," in number[1] else "")
 
 
 def _slip(item: Parameter, value: object) -> str:
     """What was probably meant when a number fits in another unit."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
         return ""
-    low = -float("inf") if item.low is None else item.low
-    high = float("inf") if item.high is None else item.high
+    if item.low is None or item.high is None:
+        return ""
+    low, high = item.low, item.high
     for factor, unit in SLIPS.get(item.unit, ()):
-        if value and low <= value * factor <= high:
+        within = low <= value * factor <= high
+        if within and abs(value) > FAR_OUTSIDE * max(abs(low), abs(high)):
             meant = f"{value:g} {unit} are written {value * factor:.4g}"
             return f"; units are SI: {meant}"
     return ""

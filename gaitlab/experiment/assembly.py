@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Literal, TypeVar
 
 from gaitlab.documents import Node, build, check, checked
-from gaitlab.errors import FileError, Problem, UnknownName, WrongValue
+from gaitlab.errors import FileError, Problem, UnknownName
 from gaitlab.experiment.parts import SERVO_TYPE, Parts, Value, changed, servo_type
 from gaitlab.experiment.schema import Sections
 from gaitlab.parameters import parameter_table
@@ -135,29 +135,31 @@ def _with_settings(surfaces: dict[str, Surface], node: Node | None) -> dict[str,
     if not node.mapping:
         message = f"surface: found {node.found()}; expected a mapping of settings for every surface"
         raise FileError([node.problem(message)])
-    problems: list[Problem] = []
-    for key, value in node.mapping.items():
-        for name, surface in surfaces.items():
+    problems: dict[int, list[Problem]] = {}  # by key; one ground's complaint stands for all
+    for name, surface in surfaces.items():
+        settings: dict[str, Value] = {}
+        for place, (key, value) in enumerate(node.mapping.items()):
             try:
-                surfaces[name] = _with_setting(name, surface, key, value)
+                settings[key] = _setting(name, surface, key, node, value)
             except FileError as error:
-                problems += error.problems
-            except WrongValue as error:
-                problems.append(node.keys[key].problem(str(error)))
+                problems.setdefault(place, error.problems)
+        if not problems:
+            surfaces[name] = checked(node, lambda s=surface, v=settings: changed(s, v))  # type: ignore[misc]
     if problems:
-        raise FileError(list(dict.fromkeys(problems)))
+        raise FileError([problem for found in problems.values() for problem in found])
     return surfaces
 
 
-def _with_setting(name: str, surface: Surface, key: str, node: Node) -> Surface:
+def _setting(name: str, surface: Surface, key: str, node: Node, value: Node) -> Value:
     table = parameter_table(type(surface))
     if key not in table:
-        raise WrongValue(
+        message = (
             f"surface: {key!r} is no parameter of {name}, a surface of type {surface.type!r}"
             f"{suggestion(key, table)}"
         )
-    value = check(table[key], node)
-    return checked(node, lambda: changed(surface, {key: value}))
+        raise FileError([node.keys[key].problem(message)])
+    found: Value = check(dataclasses.replace(table[key], name=f"surface.{key}"), value)
+    return found
 
 
 def read_servo(node: Node | None) -> dict[str, Value]:

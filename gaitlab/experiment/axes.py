@@ -84,9 +84,16 @@ def _columns(name: str, part: Node) -> Iterator[_Column]:
 
 def _list_problems(column: _Column) -> Iterator[Problem]:
     where = f"{column.section}: {column.path}"
-    if not isinstance(column.values.value, tuple):
-        found = column.values.found()
-        yield column.values.problem(f"{where}: found {found}; expected a list, [{found}]")
+    found = column.values.found()
+    if column.values.mapping:
+        inner = f"{column.path}.{next(iter(column.values.mapping))}"
+        yield column.values.problem(
+            f"{where}: found {found}; expected a list of values under a dotted path, "
+            f"`{inner}: [...]` for instance"
+        )
+    elif not isinstance(column.values.value, tuple):
+        shown = column.values.value if isinstance(column.values.value, str) else found
+        yield column.values.problem(f"{where}: found {found}; expected a list, [{shown}]")
     elif not column.values.items:
         yield column.values.problem(f"{where}: an empty list; write at least one value")
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gaitlab.documents import Node, build, dump, plain
-from gaitlab.errors import FileError, Problem, UnknownName, UsageError
+from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_parts
 from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
 from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.experiment.schema import ReportSettings, Sections
-from gaitlab.plugins import PACKAGE, is_file_name, locate, suggestion
+from gaitlab.plugins import PACKAGE, locate, suggestion
 from gaitlab.trial import canonical_json, values
 
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
@@ -75,7 +75,7 @@ def load_experiment(
         FileError: Everything that is wrong in it, with file, line and column.
         UsageError: If a setting or the number of seeds makes no sense.
     """
-    path = _located(str(name_or_path))
+    path = locate("experiment", str(name_or_path))
     tree, included = read_tree(path)
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]
@@ -84,16 +84,6 @@ def load_experiment(
     as_read = not (included or settings)
     text = path.read_text("utf-8-sig") if as_read else _resolved_text(path, tree, settings)
     return _experiment(path, tree, text)
-
-
-def _located(name: str) -> Path:
-    if not is_file_name(name):
-        return locate("experiment", name)
-    try:
-        return locate("experiment", name)
-    except UnknownName as error:
-        problem = Problem(file=Path(name), line=None, column=None, message=str(error))
-        raise FileError([problem]) from error
 
 
 def _replicates(seeds: int) -> int:
@@ -133,16 +123,17 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
 
 
 def _check_name(tree: Node, name: str) -> None:
-    if not NAME.fullmatch(name):
-        node = tree.mapping.get("name", tree)
-        raise FileError(
-            [
-                node.problem(
-                    f"name: found {name[:60]!r}; it names a folder, so letters, digits and _ . - "
-                    "are allowed, at most 100, the first a letter or a digit"
-                )
-            ]
-        )
+    if NAME.fullmatch(name):
+        return
+    fitting = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip("_.-")[:100] or "my_experiment"
+    given = tree.mapping.get("name")
+    what = "name: found" if given else "the results are called by the file's name,"
+    advice = f"write `name: {fitting}`" if given else f"add a line `name: {fitting}`"
+    message = (
+        f"{what} {name[:60]!r}; it names a folder, so letters, digits and _ . - are allowed, at "
+        f"most 100, the first a letter or a digit; {advice}"
+    )
+    raise FileError([(given or tree).problem(message)])
 
 
 def _seeds(node: Node | None) -> Sequence[int]:
@@ -183,11 +174,28 @@ def _report(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportSetti
         for key, allowed in {**known, "compare": tables}.items()
         for problem in _unknown(node, key, allowed)
     ]
+    report = sections.report
+    free = (path for path in varied if path not in (report.columns, *report.variants))
+    rows = report.rows or next(free, "surface")
+    report = replace(report, rows=rows, title=report.title or sections.title)
+    problems = problems or _used_twice(node, report)
     if problems:
         raise FileError(problems)
-    report = sections.report
-    rows = report.rows or next((path for path in varied if path != report.columns), "surface")
-    return replace(report, rows=rows, title=report.title or sections.title)
+    return report
+
+
+def _used_twice(node: Node, report: ReportSettings) -> list[Problem]:
+    """A path can be the rows, the columns or a variant, not two of them."""
+    problems = []
+    rows, variants = node.mapping.get("rows"), node.mapping.get("variants", node)
+    if rows is not None and report.rows == report.columns:
+        message = f"report.rows: found {report.rows!r}, which is the columns already"
+        problems.append(rows.problem(f"{message}; choose another path for one of them"))
+    for path in report.variants:
+        if path in (report.rows, report.columns):
+            message = f"report.variants: found {path!r}, which is the rows or columns already"
+            problems.append(variants.problem(f"{message}; leave it out"))
+    return problems
 
 
 def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:

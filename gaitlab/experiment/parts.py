@@ -13,7 +13,7 @@ from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
 from gaitlab.motion import Gait
 from gaitlab.parameters import Parameter, get_path, parameter_table
-from gaitlab.plugins import is_file_name, locate, suggestion
+from gaitlab.plugins import is_file_name, locate, nearest, suggestion
 from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo
 from gaitlab.settings import EngineSettings, Horizon, Spread
@@ -23,6 +23,15 @@ from gaitlab.trial import Plugin
 T = TypeVar("T")
 Value = bool | int | float | str
 GROUPS = ("gait", "surface", "servo", "robot", "engine", "horizon", "spread")
+ELSEWHERE = {  # what is varied in another way
+    "surface": "list the grounds under `surfaces:`",
+    "surfaces": "list the grounds under `surfaces:`",
+    "surface.type": "list grounds of each type under `surfaces:`",
+    "seed": "give `seeds:` a number or a list",
+    "seeds": "give `seeds:` a number or a list",
+    "gait.type": "write an experiment for each gait and give `gaitlab report` both",
+    "robot.type": "write an experiment for each robot and give `gaitlab report` both",
+}
 SERVO_TYPE = Parameter(
     name="type",
     type=str,
@@ -68,9 +77,14 @@ class Parts:
             WrongValue: If there is no such path; names the nearest, and a surface that lacks it.
         """
         group, _, rest = path.partition(".")
+        if path in ELSEWHERE:
+            raise WrongValue(f"{path!r} cannot be varied here; {ELSEWHERE[path]}")
         if group not in GROUPS or not rest:
             starts = ", ".join(f"{name}." for name in GROUPS)
-            raise WrongValue(f"{path!r} is no dotted path; it starts with one of: {starts}")
+            raise WrongValue(
+                f"{path!r} is no dotted path; it starts with one of: {starts}"
+                f"{nearest(path, self._paths())}"
+            )
         if group == "surface":
             return self._of_every_surface(path, rest)
         table = self._table(group)
@@ -78,6 +92,10 @@ class Parts:
             known = [f"{group}.{name}" for name in table]
             raise WrongValue(f"{path!r} is no parameter{suggestion(path, known)}")
         return table[rest]
+
+    def _paths(self) -> list[str]:
+        tables = {name: self._table(name) for name in GROUPS if name != "surface"}
+        return [f"{group}.{name}" for group, table in tables.items() for name in table]
 
     def _table(self, group: str) -> Mapping[str, Parameter]:
         if group == "servo":

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from gaitlab.documents import Node, load, merged, parse
 from gaitlab.errors import FileError, UsageError
 
+PATH = re.compile(r"\w+(\.\w+)*")
+LONGEST_SHOWN = 200  # characters of a setting that a message quotes
 DEEPEST_INCLUDE = 8  # files
 TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
@@ -37,15 +40,24 @@ def _included(path: Path, include: Node, chain: tuple[Path, ...]) -> tuple[Path,
     if not isinstance(include.value, str):
         message = f"include: found {include.found()}; expected one .yaml file, relative to this one"
         raise FileError([include.problem(message)])
-    base = (path.parent / include.value).resolve()
+    base = _resolved(path.parent / include.value, include)
     if base in chain or len(chain) > DEEPEST_INCLUDE:
         route = " -> ".join(file.name for file in (*chain, base))
         message = f"include: files include each other or too deep ({route}); leave one out"
         raise FileError([include.problem(message)])
     if not base.is_file():
-        message = f"include: there is no file {base}; give a .yaml file relative to {path.parent}"
+        what = "a directory is at" if base.is_dir() else "there is no file"
+        message = f"include: {what} {base}; give a .yaml file relative to {path.parent}"
         raise FileError([include.problem(message)])
     return base, (*chain, base)
+
+
+def _resolved(file: Path, include: Node) -> Path:
+    try:
+        return file.resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        message = f"include: {str(file)[:200]!r} leads nowhere: {error}; give a .yaml file"
+        raise FileError([include.problem(message)]) from error
 
 
 def _with_types(tree: Node) -> Node:
@@ -93,16 +105,19 @@ def apply_setting(tree: Node, setting: str) -> Node:
         FileError: If the value is no YAML.
     """
     path, equals, text = setting.partition("=")
-    path = path.strip()
-    if not equals or not path:
-        raise UsageError(f"--set {setting}: write path=value, gait.step_height=0.03 for instance")
+    path, shown = path.strip(), setting[:LONGEST_SHOWN]
+    if not equals or not PATH.fullmatch(path):
+        raise UsageError(
+            f"--set {shown}: write path=value, gait.step_height=0.03 for instance; a path is "
+            "names with dots between them"
+        )
     for section in PATHS_AS_KEYS:
         if path in _varied(tree, section):
             raise UsageError(
                 f"--set {setting}: the file varies {path} under {section}, so the value would "
                 f"change nothing; write --set '{section}.{path}=[{text}]'"
             )
-    value = parse(text, Path(f"--set {setting}"), placed=False)
+    value = parse(text, Path(f"--set {shown}"), placed=False)
     changed = _set(tree, _steps(path), value)
     return _with_types(_on_base(tree, changed) if path in TYPED else changed)
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Literal
 
+from gaitlab.errors import WrongValue
 from gaitlab.parameters import parameter
 from gaitlab.surfaces.pile import PileLaw
 
@@ -167,6 +168,14 @@ class TuftedPile(_Pile):
         doc="stiffness gain c_B by friction between the blades of a tuft",
         source="assumption",
     )
+
+    def __post_init__(self) -> None:
+        if self.solid_fraction > SOLID_MAT:
+            raise WrongValue(
+                f"tufts {self.spacing:g} m apart of yarn of {self.yarn:g} kg/m fill "
+                f"{self.solid_fraction:.2f} of the pile, at most {SOLID_MAT:g} is allowed; "
+                "check spacing and yarn"
+            )
 
     @property
     def solid_fraction(self) -> float:
