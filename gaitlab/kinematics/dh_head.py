@@ -1,0 +1,74 @@
+"""A pan-tilt head as a Denavit-Hartenberg chain; its zero looks straight up the neck.
+
+Corrections to [Yanto]: the printed forward kinematics (5) to (7) has parallel axes, a wrong
+sign in (6) and a factor 2 in (7) that no product of two rows gives; it describes no head that pans
+and tilts. The printed inverse, (8) and (9), does, with atan2 and the horizontal range in (9).
+
+References:
+    Yanto: Yanto, Dewanto, Pramadihanto, Binugroho, Teen-Size Humanoid "FLoW" Complete
+        Analytical Kinematics, Politeknik Elektronika Negeri Surabaya, no year printed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from gaitlab.errors import Infeasible
+from gaitlab.kinematics.dh import Row, chain_pose
+
+ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
+
+
+@dataclass(frozen=True, kw_only=True)
+class DhHead:
+    """Lengths of the chain, rows (pan, d, 0, -90 deg) and (tilt - 90 deg, 0, a, 0).
+
+    Attributes:
+        neck: d, neck base to the tilt axis, in [m].
+        eyes: a, tilt axis to the point between the eyes, in [m].
+    """
+
+    neck: float
+    eyes: float
+
+    @property
+    def rows(self) -> tuple[Row, Row]:
+        """The chain's rows."""
+        return Row(0.0, self.neck, 0.0, -pi / 2.0), Row(-pi / 2.0, 0.0, self.eyes, 0.0)
+
+    def pose(self, joints: np.ndarray) -> np.ndarray:
+        """Pose of the eyes in the neck base frame; joints pan, tilt. (..., 2) to (..., 4, 4)."""
+        return chain_pose(self.rows, joints)
+
+    def pointing(self, point: np.ndarray) -> np.ndarray:
+        """Pan and tilt that turn the head's axis through a point, [Yanto] eqs. (8) and (9).
+
+        Pan is undefined when the point lies on the neck's axis and is 0 there.
+
+        Args:
+            point: In the neck base frame, in [m]. Shape (..., 3).
+
+        Returns:
+            Both branches, tilt >= 0 first, in [rad]. Shape (..., 2, 2).
+        """
+        x, y, z = np.moveaxis(np.asarray(point, dtype=float), -1, 0)
+        pan, tilt = np.arctan2(y, x), np.arctan2(np.hypot(x, y), z - self.neck)
+        other = np.where(pan > 0.0, pan - pi, pan + pi)
+        return np.stack(
+            [np.stack([pan, tilt], axis=-1), np.stack([other, -tilt], axis=-1)], axis=-2
+        )
+
+    def require_reach(self, point: np.ndarray) -> None:
+        """Refuse a point that the eyes themselves cannot take. Shape (3,), in [m].
+
+        Raises:
+            Infeasible: If it does not lie on the sphere on which the eyes move.
+        """
+        x, y, z = np.asarray(point, dtype=float)
+        distance = float(np.linalg.norm([x, y, z - self.neck]))
+        if abs(distance - self.eyes) > ROUNDING:
+            reason = f"tilt axis to eyes would have to be {distance:.4f} m, it is {self.eyes:.4f} m"
+            raise Infeasible(limb="head", tick=0, reason=reason)
