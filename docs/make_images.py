@@ -1,0 +1,33 @@
+"""The pictures of the README, drawn from a simulated walk.
+
+    python docs/make_images.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from gaitlab.experiment import load_experiment
+from gaitlab.plan import plan
+from gaitlab.report.figure_style import save
+from gaitlab.report.picture import portrait, stance_at
+from gaitlab.simulate import simulate
+
+FOLDER = Path(__file__).parent / "images"
+SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.04]}", "seeds=[0]"]
+
+
+def main() -> None:
+    """EROS in mid-swing, two cycles into a walk on 30 mm grass."""
+    trial = next(iter(plan(load_experiment("eros_table7", SETTINGS)).trials())).trial
+    log = simulate(trial)
+    mid_swing = np.flatnonzero(np.abs(log["gait_phase"] - 0.25) < 1e-3)
+    tick = int(mid_swing[0])
+    stance = stance_at(log, trial.robot.tree, trial.robot.sole, tick)
+    save(portrait(stance, trial.surface), FOLDER, "eros_on_grass")
+
+
+if __name__ == "__main__":
+    main()
