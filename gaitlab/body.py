@@ -35,21 +35,21 @@ class Box:
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """A revolute joint driven by a servo.
+    """A revolute joint, driven by a servo unless it only follows.
 
     Attributes:
         name: Joint name, `left_knee` for instance.
         axis: Axis of rotation in the link frame.
         lower: Lower limit, in [rad].
         upper: Upper limit, in [rad].
-        servo: Name of the servo type, a file in `gaitlab/servos`.
+        servo: Name of the servo type, a file in `gaitlab/servos`; None for a joint without one.
     """
 
     name: str
     axis: Literal["x", "y", "z"]
     lower: float
     upper: float
-    servo: str
+    servo: str | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +71,20 @@ class Link:
     joint: Joint | None
     mass: float
     box: Box
+
+
+class Coupling(NamedTuple):
+    """A gear or belt between two joints: follower = ratio x leader.
+
+    Attributes:
+        leader: Name of a joint.
+        follower: Name of the joint that it turns.
+        ratio: Turns of the follower for one of the leader.
+    """
+
+    leader: str
+    follower: str
+    ratio: float
 
 
 class Part(NamedTuple):
@@ -180,8 +194,18 @@ class LinkPoses(NamedTuple):
     rotation: np.ndarray
 
 
+Gantry = Literal["none", "planar", "level"]
+GANTRY_PITCH = "gantry_pitch"  # what the joint is called that lets the trunk pitch or holds it
+
+
 class Robot(Protocol):
-    """A robot: a frozen dataclass called `Robot` in a file of its own in `gaitlab/robots`."""
+    """A robot: a frozen dataclass called `Robot` in a file of its own in `gaitlab/robots`.
+
+    It may have two more members. `couplings`, a tuple of `Coupling`, ties joints together; a joint
+    that only follows has no servo. `gantry` is a rig that helps the robot to stand: `planar` holds
+    it against lateral motion, roll and yaw, `level` against pitch too, and the log then carries
+    the rig's joint `gantry_pitch`, whose torque is the balancing moment that the rig supplied.
+    """
 
     @property
     def name(self) -> str:
@@ -211,6 +235,18 @@ class Robot(Protocol):
         """Height of the trunk link frame over the hip axes, in [m]."""
 
 
+def couplings_of(robot: Robot) -> tuple[Coupling, ...]:
+    """Gears and belts of a robot; most have none."""
+    couplings: tuple[Coupling, ...] = getattr(robot, "couplings", ())
+    return couplings
+
+
+def gantry_of(robot: Robot) -> Gantry:
+    """Rig that helps a robot to stand; `none` for a robot on its own."""
+    gantry: Gantry = getattr(robot, "gantry", "none")
+    return gantry
+
+
 @dataclass(frozen=True)
 class Tree:
     """Links of a robot, every parent before its children."""
@@ -221,6 +257,11 @@ class Tree:
     def joints(self) -> tuple[Joint, ...]:
         """Joints in the order of their links."""
         return tuple(link.joint for link in self.links if link.joint is not None)
+
+    @cached_property
+    def driven(self) -> tuple[bool, ...]:
+        """Whether each joint has a servo, in the order of `joints`."""
+        return tuple(joint.servo is not None for joint in self.joints)
 
     @property
     def mass(self) -> float:

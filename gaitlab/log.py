@@ -86,7 +86,7 @@ def _foot_columns(side: str) -> tuple[Column, ...]:
 
 def _joint_columns(joint: str) -> tuple[Column, ...]:
     return (
-        Column(f"{joint}_target", "rad", "target sent to the servo"),
+        Column(f"{joint}_target", "rad", "target sent to the servo, or where a coupling wants it"),
         Column(f"{joint}_position", "rad", "joint position"),
         Column(f"{joint}_velocity", "rad/s", "joint velocity"),
         Column(f"{joint}_torque", "N m", "torque of the servo on the joint"),
@@ -115,7 +115,8 @@ class LogHeader:
         pile_height: Height of the top of the pile over the base, in [m].
         sole_length: Sole length along x of the foot, in [m].
         sole_width: Sole width, in [m].
-        torque_limits: Largest torque each joint's servo may give, in [N m], in joint order.
+        torque_limits: Largest torque each joint's servo may give, in [N m], in joint order; 0 for
+            a joint without a servo.
     """
 
     joints: tuple[str, ...]
@@ -188,6 +189,12 @@ class TrialLog:
         """One quantity of the left and the right foot, `sink` for instance. Shape (n, 2)."""
         return np.stack([self[f"{side}_foot_{quantity}"] for side in FEET], axis=-1)
 
+    def driven_table(self, quantity: str) -> np.ndarray:
+        """The same of every joint that has a servo. Shape (n, driven joints)."""
+        names = zip(self.header.joints, self.header.torque_limits, strict=True)
+        driven = [self[f"{joint}_{quantity}"] for joint, limit in names if limit > 0.0]
+        return np.stack(driven, axis=-1)
+
     @cached_property
     def fall_index(self) -> int | None:
         """Row at which the fall was established, None if the robot stayed up."""
@@ -238,7 +245,7 @@ class TrialLog:
     @cached_property
     def work(self) -> float:
         """Positive mechanical work of all servos over the walk, in [J]; NaN if none."""
-        power = (self.joint_table("torque") * self.joint_table("velocity"))[self.walking]
+        power = (self.driven_table("torque") * self.driven_table("velocity"))[self.walking]
         return float(np.maximum(power, 0.0).sum()) * self.header.dt if power.size else nan
 
     @property

@@ -152,7 +152,7 @@ class Trial:
         robot: The robot.
         gait: Its gait.
         surface: The ground.
-        servos: One servo a joint, in the order of the robot's tree.
+        servos: One servo a driven joint, in the order of the robot's tree.
         engine: How the engine integrates.
         horizon: When the trial ends.
         spread: How much replicates differ.

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from gaitlab.body import SUPPORT_RADIUS, Box, Joint, Link, Sole, Tree
+from gaitlab.body import GANTRY_PITCH, SUPPORT_RADIUS, Box, Joint, Link, Sole, Tree
 
 # A URDF must state both. The servo's law bounds torque and speed, so these bind no servo it knows.
 EFFORT = 1000.0  # N m
@@ -26,6 +26,7 @@ def urdf(
     *,
     effort: float = EFFORT,
     velocity: float = VELOCITY,
+    on_gantry: bool = False,
 ) -> str:
     """URDF of a robot whose links are boxes and whose feet stand on small spheres, [URDF].
 
@@ -38,6 +39,7 @@ def urdf(
         feet: Names of the foot links.
         effort: Torque limit written to every joint, in [N m].
         velocity: Speed limit written to every joint, in [rad/s].
+        on_gantry: Hang the trunk on a massless rig that slides along x and z and pitches.
 
     Raises:
         ValueError: If a foot is no link of the tree.
@@ -46,12 +48,34 @@ def urdf(
     if missing:
         raise ValueError(f"no links called {sorted(missing)} in the tree")
     robot = Element("robot", name="robot")
+    if on_gantry:
+        _add_gantry(robot, tree.links[0].name)
     for link in tree.links:
         _add_link(robot, link, sole if link.name in feet else None)
         if link.joint is not None:
             _add_joint(robot, link, link.joint, effort, velocity)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _add_gantry(robot: Element, trunk: str) -> None:
+    """The rig as a chain of joints, so that what it holds is held exactly."""
+    names = ["gantry", "gantry_x", "gantry_z", trunk]
+    joints = [("gantry_x", "prismatic", "x"), ("gantry_z", "prismatic", "z")]
+    joints.append((GANTRY_PITCH, "continuous", "y"))
+    for name in names[:-1]:
+        inertial = SubElement(SubElement(robot, "link", name=name), "inertial")
+        SubElement(inertial, "mass", value="0.0")
+        SubElement(
+            inertial, "inertia", {f"i{a}": "0.0" for a in ("xx", "xy", "xz", "yy", "yz", "zz")}
+        )
+    for (name, kind, axis), parent, child in zip(joints, names, names[1:], strict=False):
+        element = SubElement(robot, "joint", name=name, type=kind)
+        SubElement(element, "parent", link=parent)
+        SubElement(element, "child", link=child)
+        SubElement(element, "axis", xyz=_AXES[axis])
+        if kind == "prismatic":
+            SubElement(element, "limit", lower="-1000.0", upper="1000.0", effort="0", velocity="0")
 
 
 def _add_link(robot: Element, link: Link, sole: Sole | None) -> None:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
-from gaitlab.body import Robot
+from gaitlab.body import Robot, gantry_of
 from gaitlab.errors import GaitlabError
 from gaitlab.log import GRAVITY
 from gaitlab.settings import EngineSettings
@@ -45,6 +46,7 @@ with _quiet(STDOUT, STDERR):
     from pybullet_utils.bullet_client import BulletClient
 
 VELOCITY_CONTROL, WORLD_FRAME = pybullet.VELOCITY_CONTROL, pybullet.WORLD_FRAME
+POSITION_CONTROL, JOINT_GEAR = pybullet.POSITION_CONTROL, pybullet.JOINT_GEAR
 
 
 def new_world(settings: EngineSettings) -> BulletClient:
@@ -94,19 +96,31 @@ def add_robot(client: BulletClient, robot: Robot, friction: float) -> int:
 def _load(client: BulletClient, robot: Robot) -> int:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{robot.name}.urdf"
-        file.write_text(urdf(robot.tree, robot.sole, robot.feet), encoding="utf-8")
-        body = int(client.loadURDF(str(file), flags=pybullet.URDF_USE_INERTIA_FROM_FILE))
+        hung = gantry_of(robot) != "none"
+        text = urdf(robot.tree, robot.sole, robot.feet, on_gantry=hung)
+        file.write_text(text, encoding="utf-8")
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+        body = int(client.loadURDF(str(file), flags=flags, useFixedBase=hung))
     mass = sum(client.getDynamicsInfo(body, link)[0] for link in links(client, body))
     if abs(mass - robot.tree.mass) > MASS_TOLERANCE:
         raise GaitlabError(f"Bullet loaded {mass} kg, the robot has {robot.tree.mass} kg")
     return body
 
 
-def indices(client: BulletClient, body: int, robot: Robot) -> tuple[list[int], tuple[int, int]]:
-    """Bullet's indices of the robot's joints, in the tree's order, and of its two feet."""
-    by_joint, by_link = {}, {}
-    for index in range(client.getNumJoints(body)):
-        info = client.getJointInfo(body, index)
-        by_joint[info[1].decode()], by_link[info[12].decode()] = index, index
-    left, right = (by_link[name] for name in robot.feet)
-    return [by_joint[joint.name] for joint in robot.tree.joints], (left, right)
+class Indices(NamedTuple):
+    """Bullet's indices of the parts of a body.
+
+    Attributes:
+        joint: Index of every joint by name, those of a gantry among them.
+        link: Index of every link by name, but for the base.
+    """
+
+    joint: Mapping[str, int]
+    link: Mapping[str, int]
+
+
+def indices(client: BulletClient, body: int) -> Indices:
+    """Indices of a body's joints and links."""
+    info = [client.getJointInfo(body, index) for index in range(client.getNumJoints(body))]
+    joint = {row[1].decode(): index for index, row in enumerate(info)}
+    return Indices(joint, {row[12].decode(): index for index, row in enumerate(info)})

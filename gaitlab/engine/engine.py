@@ -10,8 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.body import Robot
-from gaitlab.engine.bullet import VELOCITY_CONTROL, add_plane, add_robot, indices, new_world
+from gaitlab.body import Robot, couplings_of, gantry_of
+from gaitlab.engine.bullet import (
+    VELOCITY_CONTROL,
+    Indices,
+    add_plane,
+    add_robot,
+    indices,
+    new_world,
+)
+from gaitlab.engine.couplings import add_couplings
+from gaitlab.engine.gantry import Rig
 from gaitlab.engine.grass import PileUnderFeet, add_layer
 from gaitlab.randomness import randomness
 from gaitlab.servos.bank import ServoBank
@@ -30,7 +39,8 @@ class TickState(NamedTuple):
         quaternion: Orientation of the trunk, xyzw.
         velocity: Velocity of that centre, in [m/s].
         spin: Angular velocity of the trunk, world frame, in [rad/s].
-        joints: Position [rad], velocity [rad/s] and torque [N m] of each joint. Shape (3, joints).
+        joints: Position [rad], velocity [rad/s] and torque [N m] of each joint, the pitch of a
+            gantry last. Shape (3, joints).
         contacts: Bullet's contact points, as its getContactPoints returns them. The robot is
             body A: link in field 3, point in 5, normal force up in 9, friction on it in 10 to 13.
     """
@@ -67,7 +77,7 @@ class Engine:
         Args:
             robot: The robot.
             surface: The ground.
-            servos: One per joint, in the order of the robot's tree.
+            servos: One per driven joint, in the order of the robot's tree.
             pose: First joint positions, in [rad]. Shape (joints,).
             height: First height of the trunk link frame, in [m].
             settings: Time step and solver.
@@ -78,10 +88,14 @@ class Engine:
         self._client = new_world(settings)
         add_plane(self._client, 0.0)
         self._body = add_robot(self._client, robot, self._friction(surface, spread))
-        self._joints, self.feet = indices(self._client, self._body, robot)
+        found = indices(self._client, self._body)
+        self._find(robot, found)
+        kind = gantry_of(robot)
+        self._rig = None if kind == "none" else Rig(self._client, self._body, found, kind)
         self._place(pose, height, spread)
+        add_couplings(self._client, self._body, couplings_of(robot), found.joint)
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
-        self._servos = ServoBank(servos, gain, settings.dt, pose)
+        self._servos = ServoBank(servos, gain, settings.dt, pose[self._driven])
         self._pile = self._grow(robot, surface, settings, spread)
         self._now: np.ndarray | None = None
         self._bind()
@@ -97,6 +111,16 @@ class Engine:
         """Plough force on the left and the right foot in the last tick, world x and y, in [N]."""
         return NO_PLOUGH if self._pile is None else self._pile.plough
 
+    def _find(self, robot: Robot, found: Indices) -> None:
+        """Bullet's indices of the feet, of all joints, and of those that servos drive."""
+        left, right = (found.link[name] for name in robot.feet)
+        self.feet = left, right
+        self._all_joints = [found.joint[joint.name] for joint in robot.tree.joints]
+        driven = np.flatnonzero(robot.tree.driven)
+        self._joints = [self._all_joints[k] for k in driven]
+        every = len(driven) == len(self._all_joints) and gantry_of(robot) == "none"
+        self._driven: slice | np.ndarray = slice(None) if every else driven
+
     def _friction(self, surface: Surface, spread: Spread) -> float:
         draw = 1.0 + spread.friction * self._streams.friction.uniform(-1.0, 1.0)
         return float(surface.friction * surface.friction_scale * draw)
@@ -105,8 +129,11 @@ class Engine:
         client, rng = self._client, self._streams.pose
         tilt = spread.tilt * rng.uniform(-1.0, 1.0, 2)
         offset = spread.position * rng.uniform(-1.0, 1.0, 2)
-        for index, angle in zip(self._joints, pose, strict=True):
+        for index, angle in zip(self._all_joints, pose, strict=True):
             client.resetJointState(self._body, index, float(angle))
+        if self._rig is not None:
+            self._rig.place(float(offset[0]), height, float(tilt[1]))
+            return
         turn = client.getQuaternionFromEuler([*tilt, 0.0])
         local = client.getDynamicsInfo(self._body, -1)[3]
         # Bullet's base pose is that of the centre of mass; the robot turns about its link frame.
@@ -139,11 +166,14 @@ class Engine:
         self._joint_states, self._contact_points = client.getJointStates, client.getContactPoints
         self._base_pose = client.getBasePositionAndOrientation
         self._base_velocity = client.getBaseVelocity
+        self._read = list(self._all_joints)
+        if self._rig is not None:
+            self._read.append(self._rig.pitch)
 
     def command(self, target: np.ndarray) -> None:
         """Send targets in [rad] to the servos; each acts after its latency. Shape (joints,)."""
-        position, velocity, _ = self._read_joints()
-        speed, torque = self._servos.drive(target, position, velocity)
+        position, velocity, _ = self._read_joints()[:, self._driven]
+        speed, torque = self._servos.drive(target[self._driven], position, velocity)
         self._motors(
             self._body, self._joints, VELOCITY_CONTROL, targetVelocities=speed, forces=torque
         )
@@ -151,7 +181,7 @@ class Engine:
     def _read_joints(self) -> np.ndarray:
         """Positions, velocities and torques of the joints, read from Bullet once a tick."""
         if self._now is None:
-            states = self._joint_states(self._body, self._joints)
+            states = self._joint_states(self._body, self._read)
             position, velocity, _, torque = zip(*states, strict=True)
             self._now = np.array((position, velocity, torque))
         return self._now
@@ -165,7 +195,9 @@ class Engine:
 
     def state(self) -> TickState:
         """The world as it is now."""
+        joints, contacts = self._read_joints(), self._contact_points(self._body)
+        if self._rig is not None:
+            return TickState(*self._rig.trunk(), joints, contacts)
         position, quaternion = self._base_pose(self._body)
         velocity, spin = self._base_velocity(self._body)
-        joints, contacts = self._read_joints(), self._contact_points(self._body)
         return TickState(position, quaternion, velocity, spin, joints, contacts)

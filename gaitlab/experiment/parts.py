@@ -141,7 +141,11 @@ class Parts:
         """Values of a dotted path before it is varied; several if surfaces or servos differ."""
         group, _, rest = path.partition(".")
         if path == "servo.type":
-            found = [self.servo.get("type", joint.servo) for joint in self.robot.tree.joints]
+            found = [
+                self.servo.get("type", joint.servo)
+                for joint in self.robot.tree.joints
+                if joint.servo
+            ]
         elif group == "servo":
             found = [get_path(servo, rest) for servo in self.servos({})]
         elif group == "surface":
@@ -151,11 +155,11 @@ class Parts:
         return list(dict.fromkeys(found))
 
     def servos(self, changes: Mapping[str, Value], robot: Robot | None = None) -> tuple[Servo, ...]:
-        """One servo a joint in the order of the tree, with the experiment's and other settings."""
+        """One servo a driven joint in the tree's order, with the experiment's and other settings."""
         settings = {**self.servo, **changes}
         chosen = settings.pop("type", None)
         joints = (robot or self.robot).tree.joints
-        wanted = [str(chosen or joint.servo) for joint in joints]
+        wanted = [str(chosen or joint.servo) for joint in joints if joint.servo is not None]
         ready = {name: self._servo(name, settings) for name in dict.fromkeys(wanted)}
         return tuple(ready[name] for name in wanted)
 

@@ -16,5 +16,5 @@ def peak_torque(log: TrialLog) -> float:
 
     Over the walk before a fall. NaN when nothing was walked. Defined here.
     """
-    torque = np.abs(log.joint_table("torque")[log.walking])
+    torque = np.abs(log.driven_table("torque")[log.walking])
     return float(torque.max()) if torque.size else nan

@@ -16,5 +16,5 @@ def rms_torque(log: TrialLog) -> float:
 
     Over the walk before a fall. NaN when nothing was walked. Defined here.
     """
-    torque = log.joint_table("torque")[log.walking]
+    torque = log.driven_table("torque")[log.walking]
     return float(np.sqrt(np.mean(torque**2))) if torque.size else nan

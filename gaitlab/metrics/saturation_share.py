@@ -17,6 +17,7 @@ def saturation_share(log: TrialLog) -> float:
 
     Over the walk before a fall. NaN when nothing was walked. Defined here.
     """
-    torque = np.abs(log.joint_table("torque")[log.walking])
-    reached = torque >= NEAR_LIMIT * np.array(log.header.torque_limits)
+    torque = np.abs(log.driven_table("torque")[log.walking])
+    limits = np.array([limit for limit in log.header.torque_limits if limit > 0.0])
+    reached = torque >= NEAR_LIMIT * limits
     return float(np.mean(reached)) if reached.size else nan

@@ -110,5 +110,5 @@ def _varied(experiments: Sequence[Experiment], results: Results) -> Iterator[str
 
 def _servos(trial: Trial) -> dict[str, object]:
     """Servo types by name, each once."""
-    names = [joint.servo for joint in trial.robot.tree.joints]
+    names = [joint.servo for joint in trial.robot.tree.joints if joint.servo is not None]
     return dict(zip(names, trial.servos, strict=True))

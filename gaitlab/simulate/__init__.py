@@ -6,6 +6,7 @@ from math import ceil, hypot, isfinite
 
 import numpy as np
 
+from gaitlab.body import GANTRY_PITCH, gantry_of
 from gaitlab.commands import joint_commands
 from gaitlab.engine import Engine, TickState
 from gaitlab.errors import GaitlabError
@@ -42,7 +43,7 @@ def simulate(trial: Trial) -> TrialLog:
         spread=trial.spread,
         seed=trial.seed,
     ) as engine:
-        recording = Recording(len(targets), targets.shape[1], engine.feet)
+        recording = Recording(len(targets), len(header.joints), engine.feet)
         _walk(engine, recording, targets, header, trial)
     return log_of(recording, trial.robot, header, feet, targets)
 
@@ -100,9 +101,11 @@ def _ticks(trial: Trial) -> int:
 
 def _header(trial: Trial) -> LogHeader:
     robot, gait = trial.robot, trial.gait
-    gap = _settled_gap(trial)
+    gap, servos = _settled_gap(trial), iter(trial.servos)
+    limits = [torque_limit(next(servos)) if driven else 0.0 for driven in robot.tree.driven]
+    rig = () if gantry_of(robot) == "none" else (GANTRY_PITCH,)
     return LogHeader(
-        joints=tuple(joint.name for joint in robot.tree.joints),
+        joints=(*(joint.name for joint in robot.tree.joints), *rig),
         dt=trial.engine.dt,
         mass=robot.tree.mass,
         standing_height=robot.hip_offset() + gait.hip_height + gap,
@@ -113,7 +116,7 @@ def _header(trial: Trial) -> LogHeader:
         pile_height=trial.surface.height,
         sole_length=robot.sole.length,
         sole_width=robot.sole.width,
-        torque_limits=tuple(torque_limit(servo) for servo in trial.servos),
+        torque_limits=(*limits, *(0.0 for _ in rig)),
     )
 
 

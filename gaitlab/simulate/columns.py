@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gaitlab.body import LinkPoses, Robot
+from gaitlab.body import LinkPoses, Robot, couplings_of
 from gaitlab.kinematics.polygon import support_margin
 from gaitlab.kinematics.transforms import quaternion_of, roll_pitch_yaw, rotation_of
 from gaitlab.log import FEET, FSRS, LogHeader, TrialLog
@@ -49,7 +49,7 @@ def log_of(
         **_trunk_columns(recording, robot, poses),
         **_zmp_columns(contacts, robot, poses, loaded),
         **soles,
-        **_joint_columns(recording, header, targets[:n]),
+        **_joint_columns(recording, header, _wanted(recording, robot, targets)),
     }
     return TrialLog(header=header, arrays=arrays)
 
@@ -64,7 +64,7 @@ def _link_poses(recording: Recording, robot: Robot) -> LinkPoses:
     rotation = rotation_of(recording.base[:n, 3:7])
     centre = np.array(robot.tree.links[0].box.centre)
     origin = recording.base[:n, 0:3] - rotation @ centre
-    return robot.tree.poses(origin, rotation, recording.joints[:n, 0])
+    return robot.tree.poses(origin, rotation, recording.joints[:n, 0, : len(robot.tree.joints)])
 
 
 def _trunk_columns(recording: Recording, robot: Robot, poses: LinkPoses) -> Columns:
@@ -159,6 +159,17 @@ def _sole_corners(robot: Robot, poses: LinkPoses) -> np.ndarray:
     links = [robot.tree.index(foot) for foot in robot.feet]
     turned = robot.sole.corners() @ np.swapaxes(poses.rotation[:, links], 2, 3)
     return (poses.position[:, links, None] + turned)[..., :2]
+
+
+def _wanted(recording: Recording, robot: Robot, targets: np.ndarray) -> np.ndarray:
+    """Where each joint of the log should be, in [rad]; a coupled one where its leader turns it."""
+    n, columns = recording.length, recording.joints.shape[2]
+    wanted = np.zeros((n, columns))
+    wanted[:, : targets.shape[1]] = targets[:n]
+    column = {joint.name: k for k, joint in enumerate(robot.tree.joints)}
+    for leader, follower, ratio in couplings_of(robot):
+        wanted[:, column[follower]] = ratio * recording.joints[:n, 0, column[leader]]
+    return wanted
 
 
 def _joint_columns(recording: Recording, header: LogHeader, targets: np.ndarray) -> Columns:
