@@ -8,9 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Protocol
 
 import numpy as np
+
+from gaitlab.errors import WrongValue
+
+SHAPES: dict[str, tuple[int, ...]] = {  # of the arrays of FeetPoses, after the instants
+    "position": (2, 3),
+    "heading": (2,),
+    "trunk_pitch": (),
+    "ankle_pitch": (2,),
+    "knee_only": (2,),
+    "swing": (2,),
+    "phase": (),
+    "step_index": (),
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,3 +81,41 @@ class Gait(Protocol):
 
     def feet(self, t: np.ndarray) -> FeetPoses:
         """Commanded foot poses at the instants t, in [s], t >= 0. Shape (n,)."""
+
+
+def require_walk(gait: Gait) -> None:
+    """Refuse a gait whose lengths and durations make no walk.
+
+    Raises:
+        WrongValue: Names the first that is no finite number, or a duration out of range.
+    """
+    for name in ("step_length", "hip_height", "gait_period", "startup_time"):
+        value = getattr(gait, name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+            raise WrongValue(f"the gait's {name} is {value!r}; a finite number is expected")
+    if gait.gait_period <= 0.0 or gait.startup_time < 0.0:
+        raise WrongValue(
+            f"the gait's gait_period is {gait.gait_period:g} s and its startup_time "
+            f"{gait.startup_time:g} s; more than 0 and at least 0 are expected"
+        )
+
+
+def require_feet(feet: object, count: int) -> None:
+    """Refuse what a gait's `feet` gave unless it is poses for so many instants.
+
+    Raises:
+        WrongValue: Names the first array of another shape, or with a value that is not finite.
+    """
+    if not isinstance(feet, FeetPoses):
+        raise WrongValue(f"the gait's feet(t) gave {type(feet).__name__}; FeetPoses is expected")
+    arrays = {name: (getattr(feet, name), (count, *rest)) for name, rest in SHAPES.items()}
+    joints = {f"joints[{name!r}]": (array, (count,)) for name, array in feet.joints.items()}
+    for name, (array, shape) in {**arrays, **joints}.items():
+        if np.shape(array) != shape:
+            raise WrongValue(
+                f"the gait's feet(t) gave {name} of shape {np.shape(array)} for {count} instants; "
+                f"{shape} is expected"
+            )
+        wrong = np.argwhere(~np.isfinite(array)) if name != "phase" else []
+        if len(wrong):
+            raise WrongValue(f"the gait's feet(t) gave a {name} at tick {wrong[0][0]} that is nan")

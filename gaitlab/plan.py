@@ -8,7 +8,7 @@ from math import inf, prod
 from typing import Any
 
 from gaitlab.body import Robot
-from gaitlab.experiment import Experiment, Parts, Value, changed, combinations
+from gaitlab.experiment import Experiment, Parts, Value, changed, combinations, try_out
 from gaitlab.motion import Gait
 from gaitlab.plugins import label
 from gaitlab.servos import Servo
@@ -149,6 +149,7 @@ class _Maker:
         key = (group, name, *changes.items())
         if key not in self.made:
             self.made[key] = changed(owner, changes) if changes else owner
+            try_out(group, self.made[key])
         return self.made[key]
 
     def _servos(self, robot: Robot, values: Mapping[str, Value]) -> tuple[Servo, ...]:

@@ -13,7 +13,7 @@ from gaitlab.errors import FileError, UnknownName, UsageError
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
 from gaitlab.plugins import names
-from tests.written import EXPERIMENT, changed, problems, read, write
+from tests.written import EXPERIMENT, GAIT, changed, problems, read, write
 
 TABLE_ROWS = {0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, -0.04, -0.08, -0.12}  # m, half the travel
 
@@ -359,6 +359,41 @@ def test_mistakes_in_several_parts_are_reported_at_once(tmp_path: Path) -> None:
     text = changed("0.02}", "x}").replace("grass_50mm", "gras").replace("seeds: 4", "servo: mx_2")
     lines = [problem.line for problem in problems(tmp_path, text)]
     assert sorted(lines) == [2, 3, 10]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("gait_period = 1.0", "gait_period = 0.0", "walk.yaml:2:7: the gait's gait_period is 0 s"),
+        ("gait_period = 1.0", "gait_period = float('nan')", "gait_period is nan; a finite number"),
+        ("gait_period = 1.0", "gait_period = '1'", "gait_period is '1'; a finite number"),
+        ("startup_time = 2.0", "startup_time = -2.0", "startup_time -2 s"),
+        (
+            "startup_time = 2.0",
+            "@property\n    def startup_time(self): return 1 / 0",
+            "my_gait.py:25: no gait can be made of it: ZeroDivisionError",
+        ),
+        (
+            "if self.step_height >=",
+            "{}['key']\n        if self.step_height >=",
+            "my_gait.py:27: no gait can be made of it: KeyError: 'key'",
+        ),
+    ],
+)
+def test_a_gait_of_the_users_own_that_makes_no_walk_is_refused(tmp_path, old, new, words) -> None:
+    write(tmp_path)
+    (tmp_path / "my_gait.py").write_text(GAIT.replace(old, new))
+    with pytest.raises(FileError) as caught:
+        load_experiment(tmp_path / "walk.yaml")
+    assert words in str(caught.value)
+
+
+def test_a_value_in_the_grid_that_makes_no_walk_is_refused_at_its_place(tmp_path: Path) -> None:
+    write(tmp_path)
+    period = "@property\n    def gait_period(self): return 1.0 / (self.areas - 4)"
+    (tmp_path / "my_gait.py").write_text(GAIT.replace("gait_period = 1.0", period))
+    with pytest.raises(FileError, match=r"walk\.yaml:5:3: .*gait\.areas = 3: the gait's gait_per"):
+        load_experiment(tmp_path / "walk.yaml")
 
 
 def test_a_parameter_without_default_must_come_from_somewhere(tmp_path: Path) -> None:

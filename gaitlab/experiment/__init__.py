@@ -31,7 +31,7 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 
 from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.experiment import Experiment, load_experiment
-from gaitlab.experiment.parts import Parts, Value, changed
+from gaitlab.experiment.parts import Parts, Value, changed, try_out
 from gaitlab.experiment.schema import ReportSettings
 
 __all__ = [
@@ -43,4 +43,5 @@ __all__ = [
     "changed",
     "combinations",
     "load_experiment",
+    "try_out",
 ]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from gaitlab.documents import Node, build, check, checked
-from gaitlab.errors import FileError, Problem, UnknownName
-from gaitlab.experiment.parts import SERVO_TYPE, Parts, Value, changed, servo_type
+from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
+from gaitlab.experiment.parts import SERVO_TYPE, Parts, Value, changed, servo_type, try_out
 from gaitlab.experiment.schema import Sections
 from gaitlab.parameters import parameter_table
-from gaitlab.plugins import label, load_class, names, suggestion
+from gaitlab.plugins import blamed, label, load_class, names, suggestion
 from gaitlab.servos import Servo
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
@@ -66,7 +67,16 @@ def _plugged(
     name = _type_of(kind, node)
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
-    return build(cls, _completed(cls, kind, node, varied)), code
+    try:
+        made: Any = build(cls, _completed(cls, kind, node, varied))
+        checked(node, lambda: try_out(kind, made))
+    except GaitlabError:
+        raise
+    except Exception as error:  # the team's own code may raise anything
+        if code.digest is None:
+            raise
+        raise blamed(Path(code.name), f"no {kind} can be made of it", error) from error
+    return made, code
 
 
 def _type_of(kind: Literal["gait", "robot", "servo"], node: Node) -> Node:

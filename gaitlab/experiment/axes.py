@@ -205,7 +205,7 @@ def _impossible(parts: Parts, axes: list[Axis], keys: Mapping[str, Node]) -> lis
             changes = {path: v for path, v in values.items() if path.startswith(f"{group}.")}
             try:
                 parts.try_out(group, changes)
-            except (GaitlabError, ValueError) as error:
+            except (GaitlabError, ValueError, ArithmeticError) as error:
                 shown = ", ".join(f"{path} = {value}" for path, value in changes.items())
                 problems.append(keys[next(iter(changes))].problem(f"{shown}: {error}"))
                 break

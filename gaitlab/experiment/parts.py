@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 from gaitlab.body import Robot
 from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
-from gaitlab.motion import Gait
+from gaitlab.motion import Gait, require_walk
 from gaitlab.parameters import Parameter, get_path, parameter_table
 from gaitlab.plugins import is_file_name, locate, nearest, suggestion
 from gaitlab.servos import Servo
@@ -135,7 +135,7 @@ class Parts:
             for surface in self.surfaces.values():
                 changed(surface, inner)
         else:
-            changed(getattr(self, group), inner)
+            try_out(group, changed(getattr(self, group), inner))
 
     def base_values(self, path: str) -> list[Value]:
         """Values of a dotted path before it is varied; several if surfaces or servos differ."""
@@ -165,6 +165,18 @@ class Parts:
 
     def _servo(self, name: str, settings: Mapping[str, Value]) -> Servo:
         return changed(load_servo(name, Path(self.robot_code.name).parent), settings)
+
+
+def try_out(group: str, made: Any) -> None:
+    """Ask a robot or gait for what planning needs of it.
+
+    Raises:
+        WrongValue: If a gait's lengths and durations make no walk.
+    """
+    if group == "gait":
+        require_walk(made)
+    elif group == "robot":
+        _ = made.tree.joints, made.sole, made.hip_offset()
 
 
 def changed(owner: T, changes: Mapping[str, Value]) -> T:

@@ -12,6 +12,7 @@ from gaitlab.engine import Engine, TickState
 from gaitlab.errors import GaitlabError
 from gaitlab.fall import FallDetector
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
+from gaitlab.motion import require_feet
 from gaitlab.servos.law import torque_limit
 from gaitlab.simulate.columns import log_of
 from gaitlab.simulate.recording import Recording
@@ -31,7 +32,9 @@ def simulate(trial: Trial) -> TrialLog:
         GaitlabError: If the simulation leaves the numbers; the trial has no result.
     """
     header = _header(trial)
-    feet = trial.gait.feet(np.arange(_ticks(trial)) * header.dt)
+    ticks = _ticks(trial)
+    feet = trial.gait.feet(np.arange(ticks) * header.dt)
+    require_feet(feet, ticks)
     targets = joint_commands(trial.robot, feet)
     with Engine(
         trial.robot,
