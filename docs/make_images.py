@@ -1,6 +1,6 @@
 """The pictures of the README, drawn from a simulated walk.
 
-    python docs/make_images.py
+python docs/make_images.py
 """
 
 from __future__ import annotations

@@ -1,0 +1,96 @@
+"""What the documents show, run as a reader would run it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.synthetic import walk
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\((?!https?:|#)([^)\s]+)\)")
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return [text for kind, text in BLOCK.findall(page.read_text()) if kind == language]
+
+
+def commands(page: Path) -> list[str]:
+    """Lines that call gaitlab, continued lines joined, comments dropped."""
+    lines: list[str] = []
+    for line in "".join(blocks(page, "sh")).splitlines():
+        if lines and lines[-1].count('"') % 2:
+            lines[-1] += "\n" + line
+        else:
+            lines.append(line.split(" #")[0].strip())
+    return [line for line in lines if line.startswith("gaitlab ")]
+
+
+def gaitlab(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "gaitlab", *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        env={**os.environ, "COLUMNS": "200"},
+    )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
+    missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
+    assert missing == []
+
+
+@pytest.fixture(scope="module")
+def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A reader's folder with the files of docs/adding.md and a result of a tiny run."""
+    folder = tmp_path_factory.mktemp("reader")
+    page = ROOT / "docs" / "adding.md"
+    for text in blocks(page, "yaml") + blocks(page, "python"):
+        name = text.splitlines()[0].removeprefix("# ")
+        if "/" not in name:
+            (folder / name).write_text(text)
+    tiny = ("--set", "horizon.cycles=0.5", "--set", "surfaces=[hard_floor]", "--seeds", "1")
+    ran = gaitlab("run", "eros_quick", *tiny, folder=folder)
+    assert ran.returncode == 0, ran.stderr
+    return folder
+
+
+def test_the_surface_and_gait_of_the_guide_walk_and_are_reported(field: Path) -> None:
+    for command in commands(ROOT / "docs" / "adding.md"):
+        done = gaitlab(*shlex.split(command)[1:], folder=field)
+        assert done.returncode == 0, done.stderr
+    page = (field / "reports" / "march" / "README.md").read_text()
+    assert "our_field" in page or "our field" in page
+
+
+@pytest.mark.parametrize("command", commands(ROOT / "README.md"))
+def test_every_command_of_the_readme_works(command: str, field: Path) -> None:
+    """Runs are only planned and reports only asked of what there is: their cost is minutes."""
+    words = shlex.split(command)[1:]
+    if words[0] == "run":
+        words.append("--dry-run")
+    done = gaitlab(*words, folder=field)
+    if words[0] == "report":
+        assert done.returncode == 0 or "gaitlab run" in done.stderr
+    else:
+        assert done.returncode == 0, done.stderr
+
+
+def test_the_metric_of_the_guide_measures_a_log() -> None:
+    text = next(b for b in blocks(ROOT / "docs" / "adding.md", "python") if "UNIT" in b)
+    space: dict[str, object] = {}
+    exec(compile(text, "highest_trunk", "exec"), space)
+    log = walk()
+    assert space["highest_trunk"](log) == log["trunk_z"][log.walking].max()  # type: ignore[operator]
