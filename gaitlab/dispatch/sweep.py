@@ -21,6 +21,7 @@ from gaitlab.experiment import Experiment
 from gaitlab.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.provenance import provenance
 from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
+from gaitlab.store.store import TABLE_FROM
 
 TIMEOUT = 120.0  # s any trial may take
 TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
@@ -74,7 +75,8 @@ class _Sweep:
         with stoppable(partial(self._stop, executor)):
             try:
                 self._run(executor, planned)
-                self.store.compact()
+                if len(self.store.compact().entries) >= TABLE_FROM:
+                    self.store.tabulate()
             except StoreFull as error:
                 raise StoreFull(f"{error} {self._needed(planned)}") from error
         return self.summary
@@ -111,7 +113,7 @@ class _Sweep:
             planned=len(stands),
             cached=counts[CACHED],
             failed=0 if self.retry_failed else counts[FAILED_BEFORE],
-            falls=sum(_fell(index.entries[i].metrics) for i in stands if i in index.entries),
+            falls=sum(index.entries[i].fell for i in stands if i in index.entries),
             due_time=sum(todo.values()),
         )
         return todo

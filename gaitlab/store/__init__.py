@@ -1,9 +1,11 @@
 """Results on disk: one Parquet file a trial, a derived index, two SQL views."""
 
 from gaitlab.store.durable import StoreFull
+from gaitlab.store.fingerprint import fingerprint
 from gaitlab.store.index import Index
 from gaitlab.store.lists import Listed, TrialList, listed
 from gaitlab.store.lock import Held
+from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import Scalar, State, TrialRecord
 from gaitlab.store.store import Store
 
@@ -17,5 +19,7 @@ __all__ = [
     "StoreFull",
     "TrialList",
     "TrialRecord",
+    "Unreadable",
+    "fingerprint",
     "listed",
 ]

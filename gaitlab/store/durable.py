@@ -80,6 +80,15 @@ def unwritable(path: Path, error: OSError, size: int = 0) -> StoreError:
     )
 
 
+def unreachable(path: Path, error: OSError) -> StoreError:
+    """What keeps a file of the store from being read, with what to do."""
+    what = os.strerror(error.errno) if error.errno else str(error)
+    return StoreError(
+        f"{path}: cannot be read ({what}); give yourself permission to read the whole folder, or "
+        "choose another one with --store DIR"
+    )
+
+
 def _make_folder(folder: Path) -> None:
     if folder.is_dir():
         return

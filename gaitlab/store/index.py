@@ -6,44 +6,21 @@ and whoever reads it does so: a line counts only while a file of that name and s
 
 from __future__ import annotations
 
-import json
+import hashlib
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from gaitlab.store.durable import PARTIAL, append, write_durably
+from gaitlab.store.durable import PARTIAL, append, unreachable, write_durably
+from gaitlab.store.entry import Entry, decode, encode, entry
 from gaitlab.store.parquet import Unreadable, read_record
-from gaitlab.store.record import Scalar, State, TrialRecord, canonical, finite, lasting
 
 ENDING = ".parquet"
 TRIAL_FILE = re.compile(r"[0-9a-f]{32}\.parquet")
 ID_END = 32 + len(ENDING)  # characters at the end of a path that hold the trial's id
-
-
-@dataclass(frozen=True, kw_only=True)
-class Entry:
-    """What the index knows of one trial.
-
-    Attributes:
-        trial_id: Identity of the trial.
-        size: Length of its file, in bytes.
-        state: `DONE`, `INFEASIBLE` or `FAILED`.
-        reason: First line of the record's reason.
-        labels: Robot, gait and surface by name, and the seed.
-        metrics: As in the record.
-        provenance: As in the record, without what differs between two equal runs.
-    """
-
-    trial_id: str
-    size: int
-    state: State
-    reason: str
-    labels: Mapping[str, Scalar]
-    metrics: Mapping[str, Scalar]
-    provenance: Mapping[str, Scalar]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,41 +36,56 @@ class Index:
     unreadable: tuple[Unreadable, ...]
 
 
-def entry(record: TrialRecord, size: int) -> Entry:
-    """The line of the index that stands for a record whose file has this size, in bytes."""
-    names = record.trial.get("names", {})
-    labels = {kind: names.get(kind) for kind in ("robot", "gait", "surface")}
-    return Entry(
-        trial_id=record.trial_id,
-        size=size,
-        state=record.state,
-        reason=next(iter(record.reason.splitlines()), ""),
-        labels={**labels, "seed": record.trial.get("seed")},
-        metrics={name: finite(value) for name, value in record.metrics.items()},
-        provenance=lasting(record.provenance),
-    )
-
-
 def append_entry(path: Path, item: Entry) -> None:
     """Add a trial to the index file."""
-    append(path, canonical(asdict(item)).encode())
+    append(path, encode(item))
 
 
 def write_entries(path: Path, entries: Iterable[Entry]) -> None:
     """Replace the index file: one line a trial, sorted by id, so equal trials give equal bytes."""
     ordered = sorted(entries, key=lambda item: item.trial_id)
-    lines = "".join(f"{canonical(asdict(item))}\n" for item in ordered)
-    write_durably(path, lines.encode())
+    write_durably(path, b"".join(b"%b\n" % encode(item) for item in ordered))
 
 
-def read_entries(path: Path) -> dict[str, Entry]:
-    """Every readable line of the index file, the last of a trial wins; {} if there is no file."""
+class Known(NamedTuple):
+    """What an index file says.
+
+    Attributes:
+        entries: Trial id to entry; the last line of a trial wins.
+        tidy: Whether every line is whole and the trials stand in the order of their ids.
+    """
+
+    entries: dict[str, Entry]
+    tidy: bool
+
+
+def read_entries(path: Path) -> Known:
+    """Every readable line of the index file; none if there is no file.
+
+    Raises:
+        StoreError: If the file may not be read.
+    """
+    entries: dict[str, Entry] = {}
+    tidy, last = True, ""
+    for line in _lines(path):
+        item = decode(line.rstrip(b"\n"))
+        if item is None:  # torn: its trial is read from its own file
+            tidy = False
+            continue
+        tidy = tidy and item.trial_id > last
+        last = item.trial_id
+        entries[last] = item
+    return Known(entries, tidy)
+
+
+def _lines(path: Path) -> Iterator[bytes]:
     try:
-        lines = path.read_bytes().splitlines()
+        with path.open("rb") as file:
+            yield from file
     except FileNotFoundError:
-        return {}
-    found = (_parse(line) for line in lines)
-    return {item.trial_id: item for item in found if item is not None}
+        return
+    except OSError as error:
+        raise unreachable(path, error) from error
 
 
 def reconcile(trials: Path, known: Mapping[str, Entry]) -> Index:
@@ -129,12 +121,22 @@ def _tail(trial_id: str) -> str:
     return f"{os.sep}{trial_id[:2]}{os.sep}{trial_id}{ENDING}"
 
 
+def signature(trials: Path) -> str:
+    """Digest of the names and sizes of all trials' files, wherever the store lies."""
+    start = len(str(trials))
+    names = sorted(f"{name[start:]} {size}" for name, size in _files(trials))
+    return hashlib.sha256("\n".join(names).encode(errors="surrogateescape")).hexdigest()
+
+
 def _files(trials: Path) -> Iterator[tuple[str, int]]:
-    if not trials.is_dir():
-        return
-    with os.scandir(trials) as folders:
-        for folder in folders:
-            yield from _files_in(folder)
+    try:
+        with os.scandir(trials) as folders:
+            for folder in folders:
+                yield from _files_in(folder)
+    except FileNotFoundError:
+        return  # no store yet, or a folder has just been removed
+    except OSError as error:
+        raise unreachable(trials, error) from error
 
 
 def _files_in(folder: os.DirEntry[str]) -> Iterator[tuple[str, int]]:
@@ -145,11 +147,3 @@ def _files_in(folder: os.DirEntry[str]) -> Iterator[tuple[str, int]]:
         for file in files:
             if not file.name.endswith(PARTIAL) and not file.is_dir():
                 yield file.path, file.stat(follow_symlinks=False).st_size
-
-
-def _parse(line: bytes) -> Entry | None:
-    try:
-        content: dict[str, Any] = json.loads(line)
-        return Entry(**content)
-    except (ValueError, TypeError):
-        return None  # a torn line: its trial is read from its own file

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -117,8 +118,11 @@ def read_list(folder: Path, name: str = LIST) -> TrialList:
     """
     path = folder / name
     try:
-        head, *lines = (json.loads(line) for line in path.read_bytes().splitlines())
-        trials = tuple(Listed(**line) for line in lines)
+        first, _, rest = path.read_bytes().partition(b"\n")
+        head = json.loads(first)
+        if head.get("sha256", _digest(rest)) != _digest(rest):
+            raise ValueError("the lines are not those that were written")
+        trials = tuple(Listed(**json.loads(line)) for line in rest.splitlines())
         if len(trials) != head["trials"]:
             raise ValueError(f"{len(trials)} of {head['trials']} trials")
         return TrialList(
@@ -150,17 +154,23 @@ def checked_name(name: str) -> str:
 
 def encode_list(found: TrialList) -> bytes:
     """The file of a list: a head, and one line a trial."""
+    lines = (
+        {"trial_id": t.trial_id, "cell": t.cell, "values": t.values, "seed": t.seed}
+        for t in found.trials
+    )
+    rest = "".join(f"{canonical(line)}\n" for line in lines).encode()
     head = {
         "experiment": found.experiment,
         "digest": found.digest,
         "trials": len(found.trials),
         "basis": dict(found.basis),
+        "sha256": _digest(rest),
     }
-    lines = (
-        {"trial_id": t.trial_id, "cell": t.cell, "values": t.values, "seed": t.seed}
-        for t in found.trials
-    )
-    return "".join(f"{canonical(line)}\n" for line in (head, *lines)).encode()
+    return f"{canonical(head)}\n".encode() + rest
+
+
+def _digest(lines: bytes) -> str:
+    return hashlib.sha256(lines).hexdigest()
 
 
 def _plain(values: Mapping[str, object]) -> dict[str, Scalar]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -13,10 +14,10 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.log import TrialLog
 from gaitlab.store import parquet
 from gaitlab.store.durable import sweep, unwritable, write_durably
+from gaitlab.store.entry import entry
 from gaitlab.store.index import (
     Index,
     append_entry,
-    entry,
     read_entries,
     reconcile,
     write_entries,
@@ -25,6 +26,7 @@ from gaitlab.store.lists import TrialList, earlier_lists, read_list, write_list
 from gaitlab.store.lock import Held, locked
 from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import State, TrialRecord
+from gaitlab.store.table_file import TableFile
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from gaitlab.plan import PlannedTrial
 
 
+TABLE_FROM = 2000  # trials; fewer are tabulated in a tenth of a second
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
@@ -48,6 +51,7 @@ class Store:
         self._trials = path / "trials"
         self._experiments = path / "experiments"
         self._index_file = path / "index.jsonl"
+        self._table_file = TableFile(path)
 
     @contextmanager
     def lock(self) -> Iterator[Held]:
@@ -72,8 +76,37 @@ class Store:
             StoreError: If it cannot be written, or a newer gaitlab has written this trial.
         """
         path = self.file(record.trial_id)
-        self._refuse_newer(path)
+        self.make_way(path)
         write_durably(path, parquet.encode(record, log))
+
+    def make_way(self, path: Path) -> None:
+        """Prepare the place of a trial's file: what somebody else wrote there is set aside.
+
+        Raises:
+            StoreError: If a newer gaitlab has written this trial, or it may not be read.
+        """
+        if not os.path.exists(path):
+            return
+        try:
+            parquet.read_record(path)
+        except Unreadable as error:
+            if error.kind in ("newer", "denied"):
+                raise StoreError(f"{error}; it is left as it is") from error
+            if error.kind in ("foreign", "older"):
+                self.set_aside(path)
+        except FileNotFoundError:
+            return
+
+    def set_aside(self, path: Path) -> Path:
+        """Move a file out of the trials without losing it; says where it went."""
+        folder = self.path / "aside"
+        target = next(p for p in _numbered(folder / path.name) if not p.exists())
+        try:
+            folder.mkdir(exist_ok=True)
+            os.replace(path, target)
+        except OSError as error:
+            raise unwritable(path, error) from error
+        return target
 
     def note(self, record: TrialRecord) -> None:
         """Add a committed trial to the index. Only for the run that holds the lock."""
@@ -86,19 +119,48 @@ class Store:
 
     def index(self) -> Index:
         """What the store holds now; the trials' files decide, nothing is written."""
-        return reconcile(self._trials, read_entries(self._index_file))
+        return reconcile(self._trials, read_entries(self._index_file).entries)
 
     def compact(self) -> Index:
-        """Write the index anew, one line a trial. Only for the run that holds the lock."""
-        found = self.index()
-        write_entries(self._index_file, found.entries.values())
+        """Put the index file in order, one line a trial. Only for the run that holds the lock."""
+        known = read_entries(self._index_file)
+        found = reconcile(self._trials, known.entries)
+        unchanged = found.entries.keys() == known.entries.keys() and all(
+            item is known.entries[key] for key, item in found.entries.items()
+        )
+        if not (known.tidy and unchanged and self._index_file.exists()):
+            write_entries(self._index_file, found.entries.values())
         return found
 
     def rebuild(self) -> Index:
         """Write the index anew from the trials' files alone. Only under the lock."""
         found = reconcile(self._trials, {})
         write_entries(self._index_file, found.entries.values())
+        self._table_file.remove()
+        self.tabulate()
         return found
+
+    def tabulate(self) -> None:
+        """Keep the table of a large store beside it, for `query`. Only under the lock."""
+        if self._table_file.fresh:
+            return
+        table = self.table()
+        if len(table) >= TABLE_FROM:
+            self._table_file.write(table)
+        else:
+            self._table_file.remove()
+
+    def unsound(self) -> Iterator[Unreadable]:
+        """Every file among the trials that is not what was written, down to the last column."""
+        found = self.index()
+        yield from found.unreadable
+        for trial_id in found.entries:
+            try:
+                parquet.read_log(self.file(trial_id))
+            except Unreadable as error:
+                yield error
+            except FileNotFoundError:
+                continue  # removed since the folder was listed
 
     def states(self) -> dict[str, State]:
         """State of every trial by its id."""
@@ -181,11 +243,17 @@ class Store:
 
         Raises:
             UsageError: If the query is wrong; quotes DuckDB and lists the columns.
+            StoreError: If it is about `ticks` and a log is damaged.
         """
         from gaitlab.store.tables import select  # slow to load, and no worker needs it
 
-        done = (key for key, item in self.index().entries.items() if item.state == "DONE")
-        return select(sql, self.table(), [self.file(key) for key in done])
+        table = self._table_file.path if self._table_file.fresh else self.table()
+        return select(sql, table, self._logs())
+
+    def _logs(self) -> Iterator[Path]:
+        for key, item in self.index().entries.items():
+            if item.state == "DONE":
+                yield self.file(key)
 
     def _chosen(self, name: str, lists: dict[str, TrialList]) -> TrialList:
         if name not in lists:
@@ -196,17 +264,6 @@ class Store:
             )
         return lists[name]
 
-    def _refuse_newer(self, path: Path) -> None:
-        if not os.path.exists(path):
-            return
-        try:
-            parquet.read_record(path)
-        except Unreadable as error:
-            if error.kind == "newer":
-                raise StoreError(f"{error}; it is left as it is") from error
-        except FileNotFoundError:
-            return
-
     def _unknown(self, trial_id: str) -> UnknownName:
         return UnknownName(
             f'{self.path}: no trial {trial_id}; `gaitlab query "SELECT trial_id FROM trials"` '
@@ -214,4 +271,12 @@ class Store:
         )
 
 
-_REDO = "`gaitlab run` of its experiment does this trial again."
+def _numbered(path: Path) -> Iterator[Path]:
+    yield path
+    yield from (path.with_name(f"{path.name}.{number}") for number in count(1))
+
+
+_REDO = (
+    "`gaitlab verify --repair` sets it aside, then `gaitlab run` of its experiment does this "
+    "trial again."
+)

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain, repeat
 from pathlib import Path
+from sys import intern
 
 import duckdb
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 
-from gaitlab.errors import UsageError
-from gaitlab.store.index import Entry
+from gaitlab.errors import StoreError, UsageError
+from gaitlab.store.durable import write_durably
+from gaitlab.store.entry import Entry
 from gaitlab.store.lists import TrialList
+from gaitlab.store.parquet import Unreadable, read_log
 from gaitlab.store.record import Scalar
 
 _FIRST = ("trial_id", "experiment", "robot", "gait", "surface", "seed", "state", "reason")
@@ -28,40 +34,76 @@ def trials_table(
         lists: What the experiments ask for.
         unlisted: Add the trials that none of them asks for; their experiment is missing.
     """
-    rows = [
+    rows = (
         _row(entries[listed.trial_id], found.experiment, listed.values)
         for found in lists
         for listed in found.trials
         if listed.trial_id in entries
-    ]
+    )
     wanted = {listed.trial_id for found in lists for listed in found.trials} if unlisted else set()
     rest = (item for key, item in entries.items() if unlisted and key not in wanted)
-    return _frame([*rows, *(_row(item, None, {}) for item in rest)])
+    return _frame(chain(rows, (_row(item, None, {}) for item in rest)))
 
 
-def select(sql: str, trials: pd.DataFrame, logs: Sequence[Path]) -> pd.DataFrame:
+def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.DataFrame:
     """Answer of DuckDB to one query over the views `trials` and `ticks`.
 
+    Args:
+        sql: The query.
+        trials: The table, or the file that `write_table` made of it.
+        logs: Files with a log; only a query of `ticks` asks for them.
+
     Raises:
-        UsageError: If DuckDB does not understand the query, or a log cannot be read.
+        UsageError: If DuckDB does not understand the query.
+        StoreError: If a log is damaged.
     """
     with duckdb.connect(":memory:") as connection:
         connection.execute("SET autoinstall_known_extensions = false")
-        connection.register("trials", trials)
+        _create_trials(connection, trials)
         try:
             if _TICKS.search(sql):
-                _create_ticks(connection, logs)
+                _create_ticks(connection, [_sound(path) for path in logs])
             return connection.sql(sql).df()
         except AttributeError as error:  # a statement without a result
             raise UsageError("the query has no result; a query starts with SELECT") from error
         except duckdb.Error as error:
-            raise UsageError(_advice(error, trials)) from error
+            raise UsageError(_advice(error, connection)) from error
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Keep a table as a file that `select` takes; derived, and only worth it when it is long."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(pa.Table.from_pandas(table, preserve_index=False), sink, compression="zstd")
+    write_durably(path, sink.getvalue().to_pybytes())
+
+
+def _create_trials(connection: duckdb.DuckDBPyConnection, trials: pd.DataFrame | Path) -> None:
+    if isinstance(trials, Path):
+        connection.execute(f"CREATE VIEW trials AS SELECT * FROM read_parquet({_quoted(trials)})")
+    else:
+        connection.register("trials", trials)
+
+
+def _sound(path: Path) -> Path:
+    """The same path, once the checksum of every column was found right; DuckDB looks at none."""
+    try:
+        read_log(path)
+    except Unreadable as error:
+        raise StoreError(
+            f"{error}. `gaitlab verify --repair` sets it aside, then `gaitlab run` does the trial "
+            "again."
+        ) from error
+    return path
+
+
+def _quoted(path: Path) -> str:
+    return "'" + str(path).replace("'", "''") + "'"
 
 
 def _create_ticks(connection: duckdb.DuckDBPyConnection, logs: Sequence[Path]) -> None:
     if not logs:
         raise UsageError("the store holds no log yet, so there are no ticks; run an experiment")
-    files = ", ".join("'" + str(path).replace("'", "''") + "'" for path in logs)
+    files = ", ".join(_quoted(path) for path in logs)
     connection.execute(
         "CREATE VIEW ticks AS SELECT regexp_extract(filename, '([0-9a-f]{32})[.]parquet$', 1) "
         "AS trial_id, * EXCLUDE (filename) "
@@ -69,8 +111,8 @@ def _create_ticks(connection: duckdb.DuckDBPyConnection, logs: Sequence[Path]) -
     )
 
 
-def _advice(error: duckdb.Error, trials: pd.DataFrame) -> str:
-    known = ", ".join(str(name) for name in trials.columns)
+def _advice(error: duckdb.Error, connection: duckdb.DuckDBPyConnection) -> str:
+    known = ", ".join(connection.sql("SELECT * FROM trials LIMIT 0").columns)
     return (
         f"the query failed: {error}\n"
         "Views are `trials` and `ticks`; names with a dot go in double quotes. "
@@ -80,21 +122,32 @@ def _advice(error: duckdb.Error, trials: pd.DataFrame) -> str:
 
 def _row(item: Entry, experiment: str | None, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The surface is named as this experiment names it, whoever ran the trial first."""
+    details = item.details
     return {
         "trial_id": item.trial_id,
         "experiment": experiment,
-        **item.labels,
+        **details.labels,
         "state": item.state,
-        "reason": item.reason,
-        **item.metrics,
+        "reason": details.reason,
+        **details.metrics,
         **values,
-        **item.provenance,
+        **details.provenance,
     }
 
 
-def _frame(rows: Sequence[Mapping[str, Scalar]]) -> pd.DataFrame:
-    names = dict.fromkeys((*_FIRST, *(name for row in rows for name in row)))
-    return pd.DataFrame({name: _column([row.get(name) for row in rows]) for name in names})
+def _frame(rows: Iterable[Mapping[str, Scalar]]) -> pd.DataFrame:
+    """Rows gathered column by column: as dictionaries they would take ten times the memory."""
+    columns: dict[str, list[Scalar]] = {name: [] for name in _FIRST}
+    count = 0
+    for row in rows:
+        for name, value in row.items():
+            column = columns.setdefault(name, [])
+            column.extend(repeat(None, count - len(column)))
+            column.append(intern(value) if isinstance(value, str) else value)
+        count += 1
+    for column in columns.values():
+        column.extend(repeat(None, count - len(column)))
+    return pd.DataFrame({name: _column(columns.pop(name)) for name in list(columns)})
 
 
 def _column(values: Sequence[Scalar]) -> pd.Series:

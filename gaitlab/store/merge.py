@@ -1,0 +1,162 @@
+"""Two stores into one: every trial of both is there afterwards, wherever they disagree twice."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from gaitlab.errors import StoreError, UsageError
+from gaitlab.store.durable import unreachable, write_durably
+from gaitlab.store.fingerprint import fingerprint
+from gaitlab.store.lists import EARLIER, LIST, encode_list, read_list
+from gaitlab.store.parquet import Unreadable, read_record
+from gaitlab.store.store import Store
+
+DIGEST_LENGTH = 8  # hex digits that tell apart what has the same name in both stores
+_Fate = Literal["taken", "shared", "conflict"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Merged:
+    """What became of the trials and experiments of the store that was merged in.
+
+    Attributes:
+        taken: Trials that only it had, or had in a better state.
+        shared: Trials that both had, bit for bit the same, or better here.
+        conflicts: What both had and do not agree on, with where the other one is kept.
+        refused: Files of it that are no whole trials; they stay where they are.
+    """
+
+    taken: int
+    shared: int
+    conflicts: tuple[str, ...]
+    refused: tuple[str, ...]
+
+
+def merge(into: Store, other: Store) -> Merged:
+    """Add everything that another store holds; the other one is only read.
+
+    A trial that was done in one store and failed in the other counts as done. A trial that was done
+    in both with different numbers stays as it is here; the other one is kept in `conflicts/`.
+
+    Raises:
+        UsageError: If the two are the same, or the other one is no store.
+        StoreError: If the store is held by a run or cannot be written.
+    """
+    _check(into, other)
+    with into.lock():
+        trials = _Trials(into)
+        for path in _files(other):
+            trials.take(path)
+        conflicts = [message for folder in _lists(other) for message in _take_list(into, folder)]
+        into.compact()
+        into.tabulate()
+    return Merged(
+        taken=trials.counts["taken"],
+        shared=trials.counts["shared"],
+        conflicts=(*trials.conflicts, *conflicts),
+        refused=tuple(trials.refused),
+    )
+
+
+def _check(into: Store, other: Store) -> None:
+    if not (other.path / "trials").is_dir():
+        raise UsageError(f"{other.path}: no store, it has no folder `trials`; name the other one")
+    if into.path.exists() and os.path.samefile(into.path, other.path):
+        raise UsageError(f"{into.path} and {other.path} are the same store; name two")
+
+
+class _Trials:
+    """Takes trials into a store and counts what became of them."""
+
+    def __init__(self, into: Store) -> None:
+        self._into = into
+        self.counts: Counter[_Fate] = Counter()
+        self.conflicts: list[str] = []
+        self.refused: list[str] = []
+
+    def take(self, path: Path) -> None:
+        """Take one file, if it is a whole trial."""
+        try:
+            theirs = fingerprint(path)
+        except FileNotFoundError:
+            return  # removed since the folder was listed
+        except Unreadable as error:
+            self.refused.append(str(error))
+            return
+        self.counts[self._settle(path, theirs)] += 1
+
+    def _settle(self, path: Path, theirs: str) -> _Fate:
+        target = self._into.file(path.stem)
+        ours = self._ours(target)
+        if ours is None:
+            self._into.make_way(target)
+            write_durably(target, path.read_bytes())
+            return "taken"
+        if ours == theirs or _failed(path):
+            return "shared"
+        if _failed(target):
+            write_durably(target, path.read_bytes())
+            return "taken"
+        kept = self._into.path / "conflicts" / f"{path.stem}.{theirs[:DIGEST_LENGTH]}.parquet"
+        write_durably(kept, path.read_bytes())
+        self.conflicts.append(
+            f"trial {path.stem}: the two stores disagree; {target} stays, the other is {kept}"
+        )
+        return "conflict"
+
+    def _ours(self, target: Path) -> str | None:
+        try:
+            return fingerprint(target)
+        except (FileNotFoundError, Unreadable):
+            return None
+
+
+def _failed(path: Path) -> bool:
+    return read_record(path).state == "FAILED"
+
+
+def _files(store: Store) -> Iterator[Path]:
+    trials = store.path / "trials"
+    try:
+        yield from sorted(path for path in trials.glob("*/*.parquet") if path.is_file())
+    except OSError as error:
+        raise unreachable(trials, error) from error
+
+
+def _lists(store: Store) -> list[Path]:
+    return sorted(path.parent for path in (store.path / "experiments").glob(f"*/{LIST}"))
+
+
+def _take_list(into: Store, folder: Path) -> Iterator[str]:
+    """Take the list of an experiment, under another name if the name is taken; gives conflicts."""
+    try:
+        theirs = read_list(folder)
+    except StoreError as error:
+        yield str(error)
+        return
+    target = into.path / "experiments" / folder.name
+    if not (target / LIST).exists():
+        _copy_list(folder, target)
+        return
+    if (target / LIST).read_bytes() == (folder / LIST).read_bytes():
+        return
+    digest = hashlib.sha256((folder / LIST).read_bytes()).hexdigest()[:DIGEST_LENGTH]
+    name = f"{folder.name[: 99 - DIGEST_LENGTH]}+{digest}"
+    kept = into.path / "experiments" / name
+    if not (kept / LIST).exists():
+        _copy_list(folder, kept)
+        write_durably(kept / LIST, encode_list(replace(theirs, experiment=name)))
+    yield f"experiment {folder.name}: the two lists of trials differ; the other one is now {name}"
+
+
+def _copy_list(folder: Path, target: Path) -> None:
+    """The list last: it is what makes the folder an experiment."""
+    for name in ("experiment.yaml", EARLIER, LIST):
+        if (folder / name).is_file():
+            write_durably(target / name, (folder / name).read_bytes())
