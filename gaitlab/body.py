@@ -8,16 +8,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
 from gaitlab.errors import Infeasible
+from gaitlab.kinematics.transforms import vector_rotation
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
 SUPPORT_RADIUS = 0.004  # m, sphere at each support point; only its lowest point touches
 ROUNDING = 1e-9  # rad, the only angle by which a joint limit is forgiven
+
+Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,14 +42,14 @@ class Joint:
 
     Attributes:
         name: Joint name, `left_knee` for instance.
-        axis: Axis of rotation in the link frame.
+        axis: Axis of rotation in the link frame, a coordinate axis or a unit vector.
         lower: Lower limit, in [rad].
         upper: Upper limit, in [rad].
         servo: Name of the servo type, a file in `gaitlab/servos`; None for a joint without one.
     """
 
     name: str
-    axis: Literal["x", "y", "z"]
+    axis: Axis
     lower: float
     upper: float
     servo: str | None
@@ -102,7 +105,7 @@ class Part(NamedTuple):
 
     name: str
     joint: str
-    axis: Literal["x", "y", "z"]
+    axis: Axis
     limits: tuple[float, float]
     origin: tuple[float, float, float]
     mass: float
@@ -166,25 +169,43 @@ class Sole:
     )
 
     @property
-    def centre(self) -> tuple[float, float, float]:
-        """Centre of the sole in the foot link frame, in [m]."""
-        return (self.length / 2.0 - self.heel, 0.0, -self.height)
+    def outward(self) -> float:
+        """Lateral offset of the sole's centre from the ankle, away from the other foot, in [m]."""
+        return 0.0
 
-    def supports(self) -> np.ndarray:
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """Centre of the left sole in its foot link frame, in [m]."""
+        return self.centre_of(0)
+
+    def centre_of(self, foot: int) -> tuple[float, float, float]:
+        """Centre of the sole of foot 0, left, or 1, right, in its link frame, in [m]."""
+        across = self.outward if foot == 0 else 0.0 - self.outward
+        return (self.length / 2.0 - self.heel, across, -self.height)
+
+    def sensors(self, foot: int) -> np.ndarray | None:
+        """Force sensors of foot 0, left, or 1, right, in the order of the log, link frame, in [m].
+
+        Shape (4, 2); None for a robot that has none, whose log has the loads of sole quarters.
+        """
+        return None
+
+    def supports(self, foot: int = 0) -> np.ndarray:
         """Support points in the foot link frame, in [m], from the rear right. Shape (m, 3)."""
         along, across = (4, 3) if self.kind == "flat" else (2, 2)
         x = np.linspace(-self.heel, self.length - self.heel, along)
-        y = np.linspace(-self.width / 2.0, self.width / 2.0, across)
+        y = np.linspace(-self.width / 2.0, self.width / 2.0, across) + self.centre_of(foot)[1]
         grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         return np.column_stack([grid, np.full(len(grid), -self.height)])
 
-    def corners(self) -> np.ndarray:
+    def corners(self, foot: int = 0) -> np.ndarray:
         """Corners in the foot link frame, in [m]. Shape (4, 3).
 
         Their order is rear right, rear left, front right, front left.
         """
         x, y = (-self.heel, self.length - self.heel), (-self.width / 2.0, self.width / 2.0)
-        return np.array([(a, b, -self.height) for a in x for b in y])
+        middle = self.centre_of(foot)[1]
+        return np.array([(a, b + middle, -self.height) for a in x for b in y])
 
 
 class LinkPoses(NamedTuple):
@@ -221,7 +242,7 @@ class Robot(Protocol):
 
     @property
     def sole(self) -> Sole:
-        """The sole, the same for both feet."""
+        """The sole of the left foot; the right one mirrors it."""
 
     def joint_targets(self, feet: FeetPoses) -> np.ndarray:
         """Joint positions that put the feet there, in [rad]. Shape (n, joints in tree's order).
@@ -317,10 +338,15 @@ def _along(rotation: np.ndarray, vector: tuple[float, float, float]) -> np.ndarr
     return moved
 
 
-def _turn(rotation: np.ndarray, axis: str, angle: np.ndarray, *, out: np.ndarray) -> None:
-    """Rotations (3, 3, n) followed by turns about a coordinate axis, which mix two columns."""
+def _turn(rotation: np.ndarray, axis: Axis, angle: np.ndarray, *, out: np.ndarray) -> None:
+    """Rotations (3, 3, n) followed by turns about an axis; a coordinate axis mixes two columns."""
+    if not isinstance(axis, str):
+        out[:] = np.einsum("ijn,njk->ikn", rotation, vector_rotation(axis, angle))
+        return
     c, s = np.cos(angle), np.sin(angle)
-    i = "xyz".index(axis)
+    if axis.startswith("-"):
+        s = -s
+    i = "xyz".index(axis[-1])
     j, k = (i + 1) % 3, (i + 2) % 3
     out[:, i] = rotation[:, i]
     out[:, j] = c * rotation[:, j] + s * rotation[:, k]

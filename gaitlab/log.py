@@ -7,7 +7,7 @@ column says otherwise: x forward, y left, z up, z = 0 at the base that the pile 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import nan
@@ -117,6 +117,8 @@ class LogHeader:
         sole_width: Sole width, in [m].
         torque_limits: Largest torque each joint's servo may give, in [N m], in joint order; 0 for
             a joint without a servo.
+        fsr_positions: x and y of the force sensors in the ankle frame, in [m]: four of the left
+            foot in the order of the columns, then four of the right; empty if there are none.
     """
 
     joints: tuple[str, ...]
@@ -131,6 +133,18 @@ class LogHeader:
     sole_length: float
     sole_width: float
     torque_limits: tuple[float, ...]
+    fsr_positions: tuple[float, ...] = ()
+
+    def to_dict(self) -> dict[str, object]:
+        """The header as JSON data, from which `LogHeader(**data)` rebuilds it."""
+        data = asdict(self)
+        # A robot without sensors has the header that it had before there were any.
+        return data if self.fsr_positions else {k: data[k] for k in data if k != "fsr_positions"}
+
+    @property
+    def sensors(self) -> np.ndarray | None:
+        """Force sensors, left and right foot, ankle frame, in [m]. Shape (2, 4, 2)."""
+        return np.reshape(self.fsr_positions, (2, 4, 2)) if self.fsr_positions else None
 
     @property
     def commanded_speed(self) -> float:

@@ -10,13 +10,18 @@ from collections.abc import Iterable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+import numpy as np
+
 from gaitlab.body import GANTRY_PITCH, SUPPORT_RADIUS, Box, Joint, Link, Sole, Tree
 
 # A URDF must state both. The servo's law bounds torque and speed, so these bind no servo it knows.
 EFFORT = 1000.0  # N m
 VELOCITY = 100.0  # rad/s
 
-_AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
+_AXES = {
+    **{"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"},
+    **{"-x": "-1 0 0", "-y": "0 -1 0", "-z": "0 0 -1"},
+}
 
 
 def urdf(
@@ -35,7 +40,7 @@ def urdf(
 
     Args:
         tree: Links, the trunk first.
-        sole: Sole of both feet.
+        sole: Sole of the left foot; the right one mirrors it.
         feet: Names of the foot links.
         effort: Torque limit written to every joint, in [N m].
         velocity: Speed limit written to every joint, in [rad/s].
@@ -51,7 +56,8 @@ def urdf(
     if on_gantry:
         _add_gantry(robot, tree.links[0].name)
     for link in tree.links:
-        _add_link(robot, link, sole if link.name in feet else None)
+        supports = sole.supports(feet.index(link.name)) if link.name in feet else None
+        _add_link(robot, link, supports)
         if link.joint is not None:
             _add_joint(robot, link, link.joint, effort, velocity)
     ElementTree.indent(robot)
@@ -78,14 +84,14 @@ def _add_gantry(robot: Element, trunk: str) -> None:
             SubElement(element, "limit", lower="-1000.0", upper="1000.0", effort="0", velocity="0")
 
 
-def _add_link(robot: Element, link: Link, sole: Sole | None) -> None:
+def _add_link(robot: Element, link: Link, supports: np.ndarray | None) -> None:
     element = SubElement(robot, "link", name=link.name)
     _add_inertial(element, link)
     _add_box(element, "visual", link.box)
-    if sole is None:
+    if supports is None:
         _add_box(element, "collision", link.box)
         return
-    for x, y, z in sole.supports():
+    for x, y, z in supports:
         _add_shape(
             element, "collision", (x, y, z + SUPPORT_RADIUS), "sphere", radius=_text(SUPPORT_RADIUS)
         )
@@ -123,7 +129,8 @@ def _add_joint(robot: Element, link: Link, joint: Joint, effort: float, velocity
     SubElement(element, "parent", link=str(link.parent))
     SubElement(element, "child", link=link.name)
     SubElement(element, "origin", xyz=_texts(link.origin))
-    SubElement(element, "axis", xyz=_AXES[joint.axis])
+    axis = _AXES[joint.axis] if isinstance(joint.axis, str) else _texts(joint.axis)
+    SubElement(element, "axis", xyz=axis)
     limits = {"lower": joint.lower, "upper": joint.upper, "effort": effort, "velocity": velocity}
     SubElement(element, "limit", {name: _text(value) for name, value in limits.items()})
 

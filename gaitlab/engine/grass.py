@@ -9,7 +9,7 @@ import numpy as np
 from gaitlab.body import Robot
 from gaitlab.engine.bullet import WORLD_FRAME, BulletClient, add_plane, links
 from gaitlab.log import GRAVITY
-from gaitlab.surfaces.ground import new_footprint, pile_for
+from gaitlab.surfaces.ground import new_footprint, pile_for, under_right_foot
 from gaitlab.surfaces.press import press
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, TuftedPile
 
@@ -49,7 +49,7 @@ class PileUnderFeet:
     ) -> None:
         """A fresh lawn; arguments as of the engine and of `pile_for`."""
         self._body, self._feet, self._dt = body, feet, dt
-        self._pile = pile_for(
+        pile = pile_for(
             surface,
             robot.sole,
             weight=robot.tree.mass * GRAVITY,
@@ -58,8 +58,9 @@ class PileUnderFeet:
             rng=rng,
             irregularity=irregularity,
         )
+        self._piles = (pile, under_right_foot(pile, robot.sole))
         self._planes = [_own_plane(client, body, foot) for foot in feet]
-        self._footprints = [new_footprint(len(self._pile.supports)) for _ in feet]
+        self._footprints = [new_footprint(len(pile.supports)) for _ in feet]
         self.plough = [(0.0, 0.0) for _ in feet]
         self._link_states, self._move = client.getLinkStates, client.resetBasePositionAndOrientation
         self._soften = client.changeDynamics
@@ -83,13 +84,13 @@ class PileUnderFeet:
         velocity: tuple[float, float, float],
         spin: tuple[float, float, float],
     ) -> None:
-        plane, footprint = self._planes[side], self._footprints[side]
-        support = press(self._pile, footprint, origin, quaternion, centre, velocity, spin, self._dt)
+        plane, footprint, pile = self._planes[side], self._footprints[side], self._piles[side]
+        support = press(pile, footprint, origin, quaternion, centre, velocity, spin, self._dt)
         tilt_x, tilt_y = support.tilt
         self._move(plane, support.point, (tilt_x / 2.0, tilt_y / 2.0, 0.0, 1.0))
         self.plough[side] = support.force
         if support.active:
-            damping = self._pile.relaxation_time * support.stiffness
+            damping = pile.relaxation_time * support.stiffness
             self._soften(plane, -1, contactStiffness=support.stiffness, contactDamping=damping)
         if support.force != (0.0, 0.0):
             foot = self._feet[side]

@@ -17,6 +17,14 @@ def axis_rotation(axis: str, angle: np.ndarray) -> np.ndarray:
     return matrix
 
 
+def vector_rotation(axis: tuple[float, float, float], angle: np.ndarray) -> np.ndarray:
+    """Rotation matrices about a unit vector by angles in [rad], Rodrigues. Shape (..., 3, 3)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    c, s = np.cos(angle)[..., None, None], np.sin(angle)[..., None, None]
+    return c * np.eye(3) + s * cross + (1.0 - c) * np.outer(axis, axis)
+
+
 def homogeneous(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Homogeneous transforms of rotations (..., 3, 3) and positions (..., 3). Shape (..., 4, 4)."""
     matrix = np.zeros((*np.shape(position)[:-1], 4, 4))

@@ -49,11 +49,12 @@ class Stance:
 
     def footprints(self) -> list[Footprint]:
         """Where the soles are."""
-        return [self._footprint(self.tree.index(name)) for name in self.feet]
+        return [self._footprint(foot) for foot in range(len(self.feet))]
 
-    def _footprint(self, link: int) -> Footprint:
+    def _footprint(self, foot: int) -> Footprint:
+        link = self.tree.index(self.feet[foot])
         rotation = self.poses.rotation[0, link]
-        centre = self.poses.position[0, link] + rotation @ np.array(self.sole.centre)
+        centre = self.poses.position[0, link] + rotation @ np.array(self.sole.centre_of(foot))
         return Footprint(centre=centre, rotation=rotation, size=(self.sole.length, self.sole.width))
 
     def corners(self) -> np.ndarray:

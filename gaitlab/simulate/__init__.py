@@ -6,7 +6,7 @@ from math import ceil, hypot, isfinite
 
 import numpy as np
 
-from gaitlab.body import GANTRY_PITCH, gantry_of
+from gaitlab.body import GANTRY_PITCH, Robot, gantry_of
 from gaitlab.commands import joint_commands
 from gaitlab.engine import Engine, TickState
 from gaitlab.errors import GaitlabError
@@ -120,7 +120,13 @@ def _header(trial: Trial) -> LogHeader:
         sole_length=robot.sole.length,
         sole_width=robot.sole.width,
         torque_limits=(*limits, *(0.0 for _ in rig)),
+        fsr_positions=_fsr_positions(robot),
     )
+
+
+def _fsr_positions(robot: Robot) -> tuple[float, ...]:
+    both = [robot.sole.sensors(foot) for foot in range(2)]
+    return tuple(float(x) for table in both if table is not None for x in table.ravel())
 
 
 def _settled_gap(trial: Trial) -> float:

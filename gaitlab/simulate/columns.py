@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from gaitlab.body import LinkPoses, Robot, couplings_of
+from gaitlab.kinematics.fsr import sensor_loads
 from gaitlab.kinematics.polygon import support_margin
 from gaitlab.kinematics.transforms import quaternion_of, roll_pitch_yaw, rotation_of
 from gaitlab.log import FEET, FSRS, LogHeader, TrialLog
@@ -91,16 +92,17 @@ def _sole_columns(
         plough = recording.plough[: recording.length, side]
         columns |= _pose_columns(name, robot, header, position, rotation)
         columns |= _force_columns(name, header, own, plough)
-        columns |= _fsr_columns(f"{name}fsr_", robot, position, rotation, own)
+        columns |= _fsr_columns(f"{name}fsr_", robot, side, position, rotation, own)
     return columns
 
 
 def _pose_columns(
     name: str, robot: Robot, header: LogHeader, position: np.ndarray, rotation: np.ndarray
 ) -> Columns:
-    corners = position[:, None] + robot.sole.corners() @ np.swapaxes(rotation, 1, 2)
+    foot = FEET.index(name.split("_")[0])
+    corners = position[:, None] + robot.sole.corners(foot) @ np.swapaxes(rotation, 1, 2)
     return {
-        **_named(name, "xyz", position + rotation @ np.array(robot.sole.centre)),
+        **_named(name, "xyz", position + rotation @ np.array(robot.sole.centre_of(foot))),
         **_named(f"{name}q", "xyzw", quaternion_of(rotation)),
         f"{name}sink": header.pile_height - corners[..., 2].min(axis=1),
     }
@@ -118,18 +120,44 @@ def _force_columns(name: str, header: LogHeader, contacts: Contacts, plough: np.
 
 
 def _fsr_columns(
-    name: str, robot: Robot, position: np.ndarray, rotation: np.ndarray, contacts: Contacts
+    name: str,
+    robot: Robot,
+    foot: int,
+    position: np.ndarray,
+    rotation: np.ndarray,
+    contacts: Contacts,
 ) -> Columns:
-    """Vertical load on the quarters of the sole; a point on a dividing line is shared."""
+    """Loads of a foot's sensors, or of the quarters of the sole of a robot without any."""
     from_ankle = contacts.position - position[contacts.tick]
     turned = np.einsum("pji,pj->pi", rotation[contacts.tick], from_ankle)
-    local = turned - np.array(robot.sole.centre)
+    sensors = robot.sole.sensors(foot)
+    if sensors is not None:
+        return _named(name, FSRS, _sensor_loads(turned, contacts, len(position), sensors))
+    return _quarter_columns(name, robot, foot, turned, contacts, len(position))
+
+
+def _sensor_loads(
+    local: np.ndarray, contacts: Contacts, ticks: int, sensors: np.ndarray
+) -> np.ndarray:
+    """What the sensors read of contacts at points in the ankle frame, in [N]. Shape (n, 4)."""
+    vertical = contacts.force[:, 2]
+    total = contacts.total(vertical, ticks)
+    moments = (contacts.total(vertical * local[:, axis], ticks) for axis in range(2))
+    centre = np.stack(tuple(moments), axis=-1) / np.where(total > 0.0, total, 1.0)[:, None]
+    return sensor_loads(total, centre, sensors)
+
+
+def _quarter_columns(
+    name: str, robot: Robot, foot: int, turned: np.ndarray, contacts: Contacts, ticks: int
+) -> Columns:
+    """Vertical load on the quarters of the sole; a point on a dividing line is shared."""
+    local = turned - np.array(robot.sole.centre_of(foot))
     front, left = _share(local[:, 0], robot.sole.length), _share(local[:, 1], robot.sole.width)
     along = {"front": front, "rear": 1.0 - front}
     across = {"left": left, "right": 1.0 - left}
     parts = ((fsr, *fsr.split("_")) for fsr in FSRS)
     return {
-        name + fsr: contacts.total(contacts.force[:, 2] * along[a] * across[b], len(position))
+        name + fsr: contacts.total(contacts.force[:, 2] * along[a] * across[b], ticks)
         for fsr, a, b in parts
     }
 
@@ -157,7 +185,8 @@ def _zmp_columns(contacts: Contacts, robot: Robot, poses: LinkPoses, loaded: np.
 def _sole_corners(robot: Robot, poses: LinkPoses) -> np.ndarray:
     """Corners of both soles on the ground plane, in [m]. Shape (n, 2, 4, 2)."""
     links = [robot.tree.index(foot) for foot in robot.feet]
-    turned = robot.sole.corners() @ np.swapaxes(poses.rotation[:, links], 2, 3)
+    corners = np.stack([robot.sole.corners(foot) for foot in range(len(links))])
+    turned = corners @ np.swapaxes(poses.rotation[:, links], 2, 3)
     return (poses.position[:, links, None] + turned)[..., :2]
 
 

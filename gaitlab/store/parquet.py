@@ -8,7 +8,6 @@ column's bytes, so that no damaged number is ever read.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 from pathlib import Path
@@ -51,7 +50,7 @@ def encode(record: TrialRecord, log: TrialLog | None) -> bytes:
     """The file of a trial. Without a log it has the column `time` and no rows."""
     table = _table(log)
     sha256 = columns_sha256(log)
-    header = canonical(dataclasses.asdict(log.header)) if log is not None else ""
+    header = canonical(log.header.to_dict()) if log is not None else ""
     text, volatile = to_json(record)
     metadata = {
         _VERSION: str(FORMAT_VERSION).encode(),

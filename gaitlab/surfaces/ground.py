@@ -82,6 +82,14 @@ def new_footprint(supports: int) -> Footprint:
     return Footprint(np.zeros(supports), np.full(supports, np.nan), np.zeros(8), np.zeros(8))
 
 
+def under_right_foot(pile: Pile, sole: Sole) -> Pile:
+    """The same pile under the right sole, which mirrors the left one."""
+    return pile._replace(
+        supports=np.ascontiguousarray(sole.supports(1)),
+        corners=np.ascontiguousarray(sole.corners(1)),
+    )
+
+
 def pile_for(
     surface: TuftedPile | FibreMat,
     sole: Sole,
@@ -92,7 +100,7 @@ def pile_for(
     rng: np.random.Generator,
     irregularity: float = 1.0,
 ) -> Pile:
-    """The pile under a given sole.
+    """The pile under a given left sole.
 
     Args:
         surface: The ground.
