@@ -1,0 +1,311 @@
+"""NAO H25 V4.0: 57 cm, 5.195 kg, 24 joints without the hands; masses and lengths as published.
+
+Each link is the uniform box that has its published mass, centre of mass and moments of inertia
+about the link's axes; the products of inertia are left out. Both hips turn on one motor: a pose
+that needs two yaw-pitch angles is refused.
+
+References:
+    naoV40: Aldebaran, H25 V4.0 links, joints and masses; the same numbers in ros-naoqi/nao_robot.
+    Shaari2015: Shaari, Razali, Miskon and Isa, Parameter study of stable walking gaits for NAO
+        humanoid robot.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import sqrt
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from gaitlab.body import Axis, Box, Joint, Link, Sole, Tree, require_limits
+from gaitlab.errors import Infeasible
+from gaitlab.kinematics.slanted_leg import SlantedLeg
+from gaitlab.kinematics.transforms import axis_rotation, homogeneous
+from gaitlab.limbs import Limb
+from gaitlab.motion import FeetPoses
+from gaitlab.parameters import parameter
+from gaitlab.reference import rows
+
+Side = Literal["left", "right"]
+Vector = tuple[float, float, float]
+SIDES: tuple[Side, Side] = ("left", "right")
+COUPLED = 1e-6  # rad by which the two hip yaw-pitch angles may differ, for rounding only
+
+_NAO = "published: Aldebaran H25 V4.0"
+
+
+@dataclass(frozen=True, kw_only=True)
+class NaoSole(Sole):
+    """Sole of NAO: its bounding box, farther out than in."""
+
+    length: float = parameter(
+        0.157, unit="m", low=0.02, high=0.4, doc="sole along x of the foot", source=_NAO
+    )
+    width: float = parameter(
+        0.088, unit="m", low=0.02, high=0.3, doc="sole along y of the foot", source=_NAO
+    )
+    heel: float = parameter(
+        0.047, unit="m", low=0.0, high=0.3, doc="ankle axis to the heel edge", source=_NAO
+    )
+    height: float = parameter(
+        0.04519, unit="m", low=0.01, high=0.2, doc="ankle axis over the sole", source=_NAO
+    )
+    outward: float = parameter(
+        0.006,
+        unit="m",
+        low=-0.05,
+        high=0.05,
+        doc="centre of the sole outside the ankle",
+        source=_NAO + ": from 38 mm inside to 50 mm outside",
+    )
+    kind: Literal["flat", "studs"] = parameter(
+        "flat",
+        unit="-",
+        doc="flat is a 4 x 3 grid of equal supports out to the edges, studs four corners",
+        source="assumption: the box around a sole that is really rounded",
+    )
+
+    def sensors(self, foot: int) -> np.ndarray:
+        """The four FSRs in the ankle frame, [Shaari2015] Table 2, in [m]. Shape (4, 2)."""
+        table = rows("nao_table2")[4 * foot : 4 * foot + 4]
+        titles = [f"Position {axis} (m) [Ankle Frame]" for axis in "XY"]
+        return np.array([[float(row[title].split()[0]) for title in titles] for row in table])
+
+
+@dataclass(frozen=True, kw_only=True)
+class NaoLeg:
+    """Lengths of the legs."""
+
+    hip_spacing: float = parameter(
+        0.050, unit="m", low=0.01, high=0.5, doc="trunk centre plane to the hip", source=_NAO
+    )
+    hip_drop: float = parameter(
+        0.085, unit="m", low=0.0, high=0.5, doc="trunk frame down to the hip", source=_NAO
+    )
+    thigh: float = parameter(
+        0.100, unit="m", low=0.01, high=1.0, doc="L2, hip to knee", source=_NAO
+    )
+    tibia: float = parameter(
+        0.1029,
+        unit="m",
+        low=0.01,
+        high=1.0,
+        doc="L1, knee to ankle",
+        source=_NAO + ", where the paper takes 0.1",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posture:
+    """What arms and head hold while the legs walk; the right arm mirrors the left."""
+
+    shoulder_pitch: float = parameter(
+        1.4, unit="rad", low=-2.0, high=2.0, doc="positive lowers the arm", source="assumption"
+    )
+    shoulder_roll: float = parameter(
+        0.15, unit="rad", low=-0.3, high=1.3, doc="positive is outwards", source="assumption"
+    )
+    elbow_yaw: float = parameter(
+        -1.2, unit="rad", low=-2.0, high=2.0, doc="turns the bent forearm", source="assumption"
+    )
+    elbow_roll: float = parameter(
+        -0.5, unit="rad", low=-1.5, high=-0.04, doc="negative bends it", source="assumption"
+    )
+
+    def joints(self) -> Mapping[str, float]:
+        """Positions of the joints that the gait does not move and that are not at zero, [rad]."""
+        left = {"shoulder_roll": self.shoulder_roll, "elbow_yaw": self.elbow_yaw}
+        left["elbow_roll"] = self.elbow_roll
+        mirrored = {f"right_{name}": -angle for name, angle in left.items()}
+        pitch = {f"{side}_shoulder_pitch": self.shoulder_pitch for side in SIDES}
+        return {**{f"left_{name}": angle for name, angle in left.items()}, **mirrored, **pitch}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robot:
+    """NAO; the trunk link frame is the torso's, over and between the hips."""
+
+    name: ClassVar[str] = "nao"
+    feet: ClassVar[tuple[str, str]] = ("left_foot", "right_foot")
+
+    mass: float = parameter(
+        5.195402,
+        unit="kg",
+        low=1.0,
+        high=20.0,
+        doc="mass of the robot, over all links in the published shares",
+        source=_NAO + ", sum of its links",
+    )
+    leg: NaoLeg = field(default_factory=NaoLeg)
+    sole: NaoSole = field(default_factory=NaoSole)
+    posture: Posture = field(default_factory=Posture)
+
+    def hip_offset(self) -> float:
+        """Height of the trunk link frame over the hip axes, in [m]."""
+        return self.leg.hip_drop
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Links: trunk, left leg, right leg, left arm, right arm, head."""
+        table = {row["link"]: row for row in rows("nao_v40_links")}
+        scale = self.mass / sum(float(row["mass_kg"]) for row in table.values())
+        legs_and_arms = rows("nao_v40_joints")[2:] + rows("nao_v40_joints")[:2]
+        joints = [row for row in legs_and_arms if row["child"] in table]
+        trunk = _link(table["torso"], scale, None, (0.0, 0.0, 0.0), None)
+        return Tree((trunk, *(self._jointed(row, table[row["child"]], scale) for row in joints)))
+
+    def joint_targets(self, feet: FeetPoses) -> np.ndarray:
+        """Joint positions that put the feet there, arms and head held, in [rad]. Shape (n, 24).
+
+        Raises:
+            Infeasible: If a sole is out of reach, a leg joint beyond its limit, or the hips would
+                have to turn by two different angles.
+        """
+        legs, problems = [], []
+        for index, side in enumerate(SIDES):
+            try:
+                legs.append(self._leg_targets(feet, index, side))
+            except Infeasible as problem:
+                problems.append(problem)
+        if problems:
+            raise min(problems, key=lambda problem: problem.tick)
+        _require_coupled(legs[0][:, 0], legs[1][:, 0])
+        held = self.posture.joints()
+        others = [held.get(joint.name, 0.0) for joint in self.tree.joints[12:]]
+        return np.concatenate([*legs, np.tile(others, (len(feet.position), 1))], axis=1)
+
+    def limbs(self) -> Mapping[str, Limb]:
+        """Both legs from the hip joint to the ankle, as in [Shaari2015]."""
+        return {f"{side}_leg": self._limb(k, side) for k, side in enumerate(SIDES)}
+
+    def _limb(self, index: int, side: Side) -> Limb:
+        leg = SlantedLeg(thigh=self.leg.thigh, tibia=self.leg.tibia, ankle_height=0.0, side=side)
+
+        def inverse(target: np.ndarray, heading: float) -> np.ndarray:
+            pose = homogeneous(axis_rotation("z", np.array(heading)), target)
+            return leg.pose_joints(pose[None])
+
+        return Limb(
+            name=f"{side}_leg",
+            joints=self.tree.joints[6 * index : 6 * index + 6],
+            target="the ankle seen from the hip joint, the foot level",
+            forward=leg.sole_pose,
+            inverse=inverse,
+        )
+
+    def _leg_targets(self, feet: FeetPoses, index: int, side: Side) -> np.ndarray:
+        level = axis_rotation("y", -feet.trunk_pitch) @ axis_rotation("z", feet.heading[:, index])
+        spacing = self.leg.hip_spacing if side == "left" else -self.leg.hip_spacing
+        pose = homogeneous(level, feet.position[:, index] - [0.0, spacing, 0.0])
+        joints = self._leg_joints(pose, index, side)
+        added = feet.knee_only[:, index] * joints[:, 2] + feet.ankle_pitch[:, index]
+        ankle = self.tree.joints[6 * index + 4]
+        joints[:, 4] = np.clip(joints[:, 4] + added, ankle.lower, ankle.upper)
+        return joints
+
+    def _leg_joints(self, pose: np.ndarray, index: int, side: Side) -> np.ndarray:
+        """Joints of a leg; the first instant out of reach or beyond a limit is refused."""
+        leg = SlantedLeg(
+            thigh=self.leg.thigh, tibia=self.leg.tibia, ankle_height=self.sole.height, side=side
+        )
+        limits = self.tree.joints[6 * index : 6 * index + 6]
+        try:
+            joints = leg.pose_joints(pose)
+        except Infeasible as problem:
+            require_limits(problem.limb, limits, leg.pose_joints(pose[: problem.tick]))
+            raise
+        require_limits(f"{side}_leg", limits, joints)
+        return joints
+
+    def _jointed(self, row: Mapping[str, str], link: Mapping[str, str], scale: float) -> Link:
+        name = _snake(row["joint"])
+        joint = Joint(
+            name=name,
+            axis=_axis(row["axis"]),
+            lower=float(row["lower_rad"]),
+            upper=float(row["upper_rad"]),
+            servo=_servo(name),
+        )
+        return _link(link, scale, _part_name(row["parent"]), self._origin(name, row), joint)
+
+    def _origin(self, joint: str, row: Mapping[str, str]) -> Vector:
+        """Joint frame in its parent's, in [m]; the legs' lengths are parameters."""
+        side, _, what = joint.partition("_")
+        across = self.leg.hip_spacing if side == "left" else -self.leg.hip_spacing
+        own: dict[str, Vector] = {
+            "hip_yaw_pitch": (0.0, across, -self.leg.hip_drop),
+            "knee_pitch": (0.0, 0.0, -self.leg.thigh),
+            "ankle_pitch": (0.0, 0.0, -self.leg.tibia),
+        }
+        return own.get(what, (float(row["x_m"]), float(row["y_m"]), float(row["z_m"])))
+
+
+def _require_coupled(left: np.ndarray, right: np.ndarray) -> None:
+    apart = np.abs(left - right) > COUPLED
+    if not apart.any():
+        return
+    tick = int(np.argmax(apart))
+    reason = (
+        f"left_hip_yaw_pitch would have to turn to {left[tick]:.3f} rad and right_hip_yaw_pitch to "
+        f"{right[tick]:.3f} rad, but one motor turns both; walk straight with trunk_pitch 0"
+    )
+    raise Infeasible(limb="left_leg", tick=tick, reason=reason)
+
+
+_PARTS = {"torso": "trunk", "ankle_pitch": "ankle", "ankle": "foot", "wrist": "hand"}
+
+
+def _snake(name: str) -> str:
+    """`LHipYawPitch` to `left_hip_yaw_pitch`, `HeadYaw` to `head_yaw`."""
+    sided = re.match(r"([LR])(?=[A-Z])|([lr])_", name)
+    side = {"l": "left_", "r": "right_"}[sided[0][0].lower()] if sided else ""
+    rest = name[sided.end() :] if sided else name
+    return side + re.sub(r"(?<!^)(?=[A-Z])", "_", rest).lower()
+
+
+def _part_name(link: str) -> str:
+    """Our word for a link of [naoV40]: `l_ankle`, which carries the sole, is `left_foot`."""
+    side, underscore, part = _snake(link).partition("_")
+    if not underscore:
+        return _PARTS.get(side, side)
+    return f"{side}_{_PARTS.get(part, part)}"
+
+
+def _axis(text: str) -> Axis:
+    x, y, z = (float(part) for part in text.split())
+    if y and z:  # the slanted hips; print has six digits of the square root of a half
+        return (0.0, float(np.sign(y)) * sqrt(0.5), float(np.sign(z)) * sqrt(0.5))
+    return "x" if x else "y" if y else "z"
+
+
+def _servo(joint: str) -> str:
+    leg = any(part in joint for part in ("hip", "knee", "ankle"))
+    if not leg:
+        return "nao_arm"
+    slow = joint.endswith(("roll", "yaw_pitch"))
+    return "nao_leg_roll" if slow else "nao_leg_pitch"
+
+
+def _link(
+    row: Mapping[str, str], scale: float, parent: str | None, origin: Vector, joint: Joint | None
+) -> Link:
+    mass = float(row["mass_kg"])
+    moments = tuple(float(row[name]) / mass for name in ("ixx", "iyy", "izz"))
+    centre = (float(row["com_x_m"]), float(row["com_y_m"]), float(row["com_z_m"]))
+    return Link(
+        name=_part_name(row["link"]),
+        parent=parent,
+        origin=origin,
+        joint=joint,
+        mass=scale * mass,
+        box=Box(size=_box_size(*moments), centre=centre),
+    )
+
+
+def _box_size(x: float, y: float, z: float) -> Vector:
+    """Edges of the uniform box with these moments over mass, in [m^2], about its axes, in [m]."""
+    return (sqrt(6.0 * (y + z - x)), sqrt(6.0 * (x + z - y)), sqrt(6.0 * (x + y - z)))
