@@ -1,0 +1,160 @@
+"""Hip, knee and ankle of a leg without hip yaw, in the terms of the Bioloid paper.
+
+Target (x, y, z): from the hip pitch axis to the ankle pitch axis, along the torso; x forward, y
+down, z to the robot's right (the sign of z is inferred from Table 2: in every lift the stance foot
+then lies inward of its hip). Angles: alpha hip flexion, beta knee flexion, gamma ankle
+dorsiflexion, theta hip roll, omega ankle roll. The torso leans over the sole by
+lambda = alpha + gamma - beta.
+
+Corrections to the printed equations of [Setiyono]:
+    alpha1 = atan2(x, y); the printed acos(y / R) loses the sign of x.
+    (7) gamma = alpha2 holds the torso along hip to ankle, so the lean is alpha1 and differs
+        from leg to leg; soles are parallel with gamma = beta - alpha + lambda, one lambda for both.
+    (8) theta = atan2(z, y); print has x / y, which is the tangent of alpha1.
+    (1) to (7) put R = hypot(x, y), but a leg rolled by theta has to span hypot(y, z) downwards.
+
+References:
+    Setiyono: Setiyono, Rifal and Munadi, Implementation of Invers Kinematics for Movement Legs
+        Design on Humanoid Robot, Diponegoro University, Semarang.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from gaitlab.errors import Infeasible
+
+Coupling = Literal["planar", "spatial"]
+AnkleLaw = Literal["published", "flat"]
+
+ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
+
+
+class LegAngles(NamedTuple):
+    """Angles in the paper's signs, in [rad]. Shape (...) each."""
+
+    alpha: np.ndarray
+    beta: np.ndarray
+    gamma: np.ndarray
+    theta: np.ndarray
+    omega: np.ndarray
+
+    @property
+    def lean(self) -> np.ndarray:
+        """Lean lambda of the torso over the sole, positive forward, in [rad]. Shape (...)."""
+        return self.alpha + self.gamma - self.beta
+
+
+def bent_leg(
+    x: np.ndarray, down: np.ndarray, thigh: float, shank: float, limb: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Hip and knee flexion that span x forward and so much down, [Setiyono] eqs. (1) to (6).
+
+    Args:
+        x: Ankle ahead of the hip, in [m]. Shape (...).
+        down: Ankle below the hip in the plane of the leg, in [m]. Shape (...).
+        thigh: L1, in [m].
+        shank: L2, in [m].
+        limb: Name for the message.
+
+    Returns:
+        alpha and beta >= 0, in [rad]. Shape (...) each.
+
+    Raises:
+        Infeasible: If the leg is too short or cannot fold so far.
+    """
+    reach = np.hypot(x, down)
+    _require_reach(reach, thigh, shank, limb)
+    alpha2 = _angle_between(thigh, reach, shank)
+    beta1 = _angle_between(thigh, shank, reach)
+    return np.arctan2(x, down) + alpha2, np.pi - beta1
+
+
+def _angle_between(
+    one: float, other: np.ndarray | float, opposite: np.ndarray | float
+) -> np.ndarray:
+    """Angle between two sides of a triangle by the cosine rule; clipped for rounding only."""
+    cosine = (one**2 + np.square(other) - np.square(opposite)) / (2.0 * one * np.asarray(other))
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+def _require_reach(reach: np.ndarray, thigh: float, shank: float, limb: str) -> None:
+    low, high = abs(thigh - shank), thigh + shank
+    # A leg that folds up completely has no direction, hence at least a rounding error of reach.
+    outside = ~((reach >= max(low - ROUNDING, ROUNDING)) & (reach <= high + ROUNDING))
+    if not np.any(outside):
+        return
+    first = tuple(np.argwhere(outside)[0])
+    reason = (
+        f"hip to ankle would have to be {np.asarray(reach)[first]:.4f} m, the leg spans "
+        f"[{low:.4f}, {high:.4f}] m; shorten step_length or step_height, or change hip_height"
+    )
+    raise Infeasible(limb=limb, tick=int(first[0]) if first else 0, reason=reason)
+
+
+def leg_angles(
+    target: np.ndarray,
+    *,
+    thigh: float,
+    shank: float,
+    coupling: Coupling = "planar",
+    ankle_law: AnkleLaw = "published",
+    lean: np.ndarray | float = 0.0,
+    omega_sign: np.ndarray | float = 1.0,
+    limb: str = "leg",
+) -> LegAngles:
+    """Angles that put the ankle there, [Setiyono] eqs. (1) to (9), corrected.
+
+    Args:
+        target: x, y, z from hip to ankle, in [m]. Shape (..., 3).
+        thigh: L1, in [m].
+        shank: L2, in [m].
+        coupling: `planar` spans hypot(x, y) as printed, `spatial` reaches the target.
+        ankle_law: `published` gamma = alpha2, eq. (7), or `flat`.
+        lean: lambda that the flat law holds, in [rad]. Shape (...).
+        omega_sign: 1 is eq. (9), -1 what the paper measured of stance legs. Shape (...).
+        limb: Name for the message.
+
+    Raises:
+        Infeasible: If the target is out of reach.
+    """
+    x, y, z = np.moveaxis(np.asarray(target, dtype=float), -1, 0)
+    down = np.hypot(y, z) if coupling == "spatial" else y
+    alpha, beta = bent_leg(x, down, thigh, shank, limb)
+    held = np.arctan2(x, down) if ankle_law == "published" else lean
+    theta = np.arctan2(z, y)
+    return LegAngles(alpha, beta, beta - alpha + held, theta, omega_sign * theta)
+
+
+def ankle_position(
+    angles: LegAngles, *, thigh: float, shank: float, coupling: Coupling = "planar"
+) -> np.ndarray:
+    """Where the ankle is: x, y, z from the hip, in [m], inverting `leg_angles`. Shape (..., 3).
+
+    `planar` reads y in the plane of the leg and z as y tan(theta), as the printed inverse does;
+    `spatial` is where a rolled leg really ends.
+    """
+    alpha, beta, theta = angles.alpha, angles.beta, angles.theta
+    x = thigh * np.sin(alpha) + shank * np.sin(alpha - beta)
+    down = thigh * np.cos(alpha) + shank * np.cos(alpha - beta)
+    if coupling == "planar":
+        return np.stack([x, down, down * np.tan(theta)], axis=-1)
+    return np.stack([x, down * np.cos(theta), down * np.sin(theta)], axis=-1)
+
+
+def joints_of(angles: LegAngles) -> np.ndarray:
+    """Hip roll, hip pitch, knee, ankle pitch, ankle roll, in [rad]. Shape (..., 5).
+
+    Axes here are x forward, y left; a bent knee is positive, a raised toe negative.
+    """
+    return np.stack(
+        [-angles.theta, -angles.alpha, angles.beta, -angles.gamma, angles.omega], axis=-1
+    )
+
+
+def angles_of(joints: np.ndarray) -> LegAngles:
+    """The paper's angles of joints (..., 5), the inverse of `joints_of`."""
+    roll, pitch, knee, ankle_pitch, ankle_roll = np.moveaxis(np.asarray(joints, dtype=float), -1, 0)
+    return LegAngles(-pitch, knee, -ankle_pitch, -roll, ankle_roll)
