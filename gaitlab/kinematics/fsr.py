@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+READING = 0.01  # s between two readings of the sensors, NAO's own period
 SINGULAR = 1e-6  # m, smallest sum of two coordinates that a ratio is taken of
 NEWTON_STEPS = 4  # the sensors' quadrilateral is nearly a rectangle: two steps give all digits
 
@@ -100,6 +101,20 @@ def load_index(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return (left - right) / np.where(total > 0.0, total, np.nan)
 
 
+def averaged(loads: np.ndarray, ticks: int) -> np.ndarray:
+    """Means over so many ticks, as a robot's sensors are read; a rest at the end is left out.
+
+    Args:
+        loads: Over time. Shape (n, ...).
+        ticks: Between two readings, at least 1.
+
+    Returns:
+        Shape (n // ticks, ...).
+    """
+    count = len(loads) // ticks
+    return loads[: count * ticks].reshape(count, ticks, *loads.shape[1:]).mean(axis=1)
+
+
 def fluctuation(signal: np.ndarray, exchanges: float) -> float:
     """Total variation over twice the exchanges of support, less one.
 
@@ -118,3 +133,17 @@ def crossings(signal: np.ndarray) -> int:
     """How often a signal changes its sign; zeros and undefined instants are left out."""
     sign = np.sign(signal[np.isfinite(signal) & (signal != 0.0)])
     return int(np.count_nonzero(np.diff(sign)))
+
+
+def normalised_zmp(left: np.ndarray, right: np.ndarray, sensors: np.ndarray) -> np.ndarray:
+    """Normalised ZMP x and y of both feet's sensor loads, [Shaari2015] eqs. (2.13) to (2.17).
+
+    Args:
+        left: Loads of the left foot's sensors, in [N]. Shape (n, 4).
+        right: Of the right foot's. Shape (n, 4).
+        sensors: Of the left and the right foot, ankle frames, in [m]. Shape (2, 4, 2).
+
+    Returns:
+        As printed, signed ankle coordinates in both axes. Shape (n, 2).
+    """
+    return normalised(foot_zmp(left, sensors[0]), foot_zmp(right, sensors[1]))
