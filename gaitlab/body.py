@@ -64,8 +64,10 @@ class Link:
         parent: Parent link; None for the trunk, whose frame is the robot's.
         origin: Joint frame in the parent's frame, in [m]; axes parallel at zero angle.
         joint: Joint to the parent; None for the trunk.
-        mass: Mass, in [kg]; the box's inertia is uniform.
+        mass: Mass, in [kg].
         box: Shape.
+        inertia: Principal moments about the box's centre, in [kg m^2]; None for those of a uniform
+            box.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Link:
     joint: Joint | None
     mass: float
     box: Box
+    inertia: tuple[float, float, float] | None = None
 
 
 class Coupling(NamedTuple):

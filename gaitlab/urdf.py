@@ -101,7 +101,7 @@ def _add_inertial(element: Element, link: Link) -> None:
     inertial = SubElement(element, "inertial")
     SubElement(inertial, "origin", xyz=_texts(link.box.centre))
     SubElement(inertial, "mass", value=_text(link.mass))
-    ixx, iyy, izz = box_inertia(link.mass, link.box.size)
+    ixx, iyy, izz = link.inertia or box_inertia(link.mass, link.box.size)
     moments = {"ixx": ixx, "iyy": iyy, "izz": izz, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     SubElement(inertial, "inertia", {name: _text(value) for name, value in moments.items()})
 
