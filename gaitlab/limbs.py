@@ -8,12 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from gaitlab.body import ROUNDING, Joint
 from gaitlab.errors import Infeasible, WrongValue
+from gaitlab.kinematics.arm import ArmGeometry, hand_branches, hand_pose
+from gaitlab.kinematics.dh_arm import DhArm
+from gaitlab.kinematics.leg import Leg
+
+Side = Literal["left", "right"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,3 +131,88 @@ def _vector(name: str, values: Sequence[float], length: int, wanted: str) -> np.
     if not np.all(np.isfinite(vector)):
         raise WrongValue(f"{name}: found {list(values)}; every number must be finite, {wanted}")
     return vector
+
+
+def leg_limb(leg: Leg, joints: Sequence[Joint], origin: str) -> Limb:
+    """A leg of six joints; the sole is level and turned by the heading.
+
+    Args:
+        leg: Its kinematics.
+        joints: Its joints, hip yaw first.
+        origin: What the frame of its poses is fixed to, in words.
+    """
+    return Limb(
+        name=f"{leg.side}_leg",
+        joints=tuple(joints),
+        target=f"the point of the level sole below the ankle, in the frame of {origin}",
+        forward=leg.sole_pose,
+        inverse=lambda target, heading: leg.flat_branches(target, np.array(heading)),
+    )
+
+
+def arm_limb(arm: DhArm, joints: Sequence[Joint]) -> Limb:
+    """An arm of five to seven joints; the elbow hangs as low as it can, the wrist is straight."""
+    count = len(joints)
+
+    def forward(position: np.ndarray) -> np.ndarray:
+        return arm.pose(np.pad(position, (0, len(arm.rows) - count)))
+
+    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
+        del heading  # A tip has none.
+        return arm.point_joints(target)[:, :count]
+
+    return Limb(
+        name=arm.name,
+        joints=tuple(joints),
+        target="the tip of the arm, in the frame of the shoulder",
+        forward=forward,
+        inverse=inverse,
+        turns=False,
+    )
+
+
+def head_limb(
+    pose: Callable[[np.ndarray], np.ndarray],
+    pointing: Callable[[np.ndarray], np.ndarray],
+    joints: Sequence[Joint],
+) -> Limb:
+    """A pan-tilt head that turns its axis through the target.
+
+    Args:
+        pose: Pose of the eyes from pan and tilt.
+        pointing: Pan and tilt >= 0 that look at a point.
+        joints: Pan and tilt.
+    """
+
+    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
+        del heading  # A head of two joints has none.
+        pan, tilt = pointing(target)
+        other = pan - np.pi if pan > 0.0 else pan + np.pi
+        return np.array([[pan, tilt], [other, -tilt]])
+
+    return Limb(
+        name="head",
+        joints=tuple(joints),
+        target="a point that the axis of the head goes through, in the frame of the neck's base",
+        forward=pose,
+        inverse=inverse,
+        turns=False,
+    )
+
+
+def short_arm_limb(geometry: ArmGeometry, joints: Sequence[Joint], side: Side) -> Limb:
+    """An arm of three joints."""
+
+    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
+        del heading  # A hand of three joints has none.
+        found = hand_branches(geometry, target, side)
+        return found[np.isfinite(found).all(axis=-1)]
+
+    return Limb(
+        name=f"{side}_arm",
+        joints=tuple(joints),
+        target="the hand, in the frame of the arms' origin",
+        forward=lambda position: hand_pose(geometry, position, side),
+        inverse=inverse,
+        turns=False,
+    )

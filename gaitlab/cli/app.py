@@ -10,11 +10,14 @@ from typing import Annotated
 import typer
 from typer.exceptions import TyperException
 
+from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
+from gaitlab.cli.keeping import merge, verify
+from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.printing import say, tell
 from gaitlab.cli.results import query, report, status
 from gaitlab.cli.running import run
-from gaitlab.errors import GaitlabError
+from gaitlab.errors import FileError, GaitlabError, StoreError
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 
@@ -54,6 +57,11 @@ app.command(name="list")(list_names)
 app.command()(show)
 app.command()(status)
 app.command()(query)
+app.command(context_settings=NUMBERS)(ik)
+app.command(context_settings=NUMBERS)(fk)
+app.command()(audit)
+app.command()(merge)
+app.command()(verify)
 
 
 def run_command_line(arguments: Sequence[str]) -> int:
@@ -65,13 +73,36 @@ def run_command_line(arguments: Sequence[str]) -> int:
         tell(str(error))
         return error.exit_code
     except TyperException as error:
-        tell(f"{error.format_message()}\nTry `gaitlab --help`, or --help after a command.")
+        tell(_usage_text(error))
         return error.exit_code
-    except SystemExit as error:
-        return error.code if isinstance(error.code, int) else 1
     except KeyboardInterrupt:
+        tell("stopped; what is committed is safe, and the same command goes on from there")
         return INTERRUPTED
+    except OSError as error:
+        tell(_system_text(error))
+        return StoreError.exit_code
+    except SystemExit as error:
+        tell(f"a gait or robot file ended the program (SystemExit: {error.code}); mend it")
+        return FileError.exit_code
     except Exception:
         traceback.print_exc(file=sys.stderr)
         tell("This is a mistake in gaitlab. Please report it to its authors, with the lines above.")
         return 1
+
+
+def _usage_text(error: TyperException) -> str:
+    """What was wrong with the arguments, with what was found, and whose help to read."""
+    message = error.format_message().replace("Value error, ", "")
+    message = message.replace("Input should be a valid integer", "a whole number is expected")
+    details = getattr(error.__cause__, "errors", list)()
+    if details and details[0]["type"] == "int_parsing":
+        message = f"{message.partition(', unable')[0]}, found {details[0]['input']!r}"
+    context = getattr(error, "ctx", None)
+    return f"{message}\nTry `{context.command_path if context else 'gaitlab'} --help`."
+
+
+def _system_text(error: OSError) -> str:
+    """What the system refused, for whatever no command foresaw."""
+    where = f"{error.filename}: " if error.filename else ""
+    reason = error.strerror or str(error)
+    return f"{where}{reason}; the folder may be gone, full, no folder or not yours to write to"

@@ -16,11 +16,7 @@ from math import pi
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dh import Row, chain_pose
-
-ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
-
 
 @dataclass(frozen=True, kw_only=True)
 class DhHead:
@@ -46,29 +42,13 @@ class DhHead:
     def pointing(self, point: np.ndarray) -> np.ndarray:
         """Pan and tilt that turn the head's axis through a point, [Yanto] eqs. (8) and (9).
 
-        Pan is undefined when the point lies on the neck's axis and is 0 there.
+        The other branch is pan + pi, -tilt. Pan is undefined on the neck's axis and 0 there.
 
         Args:
             point: In the neck base frame, in [m]. Shape (..., 3).
 
         Returns:
-            Both branches, tilt >= 0 first, in [rad]. Shape (..., 2, 2).
+            Pan and tilt >= 0, in [rad]. Shape (..., 2).
         """
         x, y, z = np.moveaxis(np.asarray(point, dtype=float), -1, 0)
-        pan, tilt = np.arctan2(y, x), np.arctan2(np.hypot(x, y), z - self.neck)
-        other = np.where(pan > 0.0, pan - pi, pan + pi)
-        return np.stack(
-            [np.stack([pan, tilt], axis=-1), np.stack([other, -tilt], axis=-1)], axis=-2
-        )
-
-    def require_reach(self, point: np.ndarray) -> None:
-        """Refuse a point that the eyes themselves cannot take. Shape (3,), in [m].
-
-        Raises:
-            Infeasible: If it does not lie on the sphere on which the eyes move.
-        """
-        x, y, z = np.asarray(point, dtype=float)
-        distance = float(np.linalg.norm([x, y, z - self.neck]))
-        if abs(distance - self.eyes) > ROUNDING:
-            reason = f"tilt axis to eyes would have to be {distance:.4f} m, it is {self.eyes:.4f} m"
-            raise Infeasible(limb="head", tick=0, reason=reason)
+        return np.stack([np.arctan2(y, x), np.arctan2(np.hypot(x, y), z - self.neck)], axis=-1)

@@ -136,6 +136,19 @@ class Leg:
         yaw = np.broadcast_to(heading, knee.shape)
         return np.stack([yaw, roll, pitch, knee, -(pitch + knee), -roll], axis=-1)
 
+    def flat_branches(self, position: np.ndarray, heading: np.ndarray) -> np.ndarray:
+        """Both ways to put a level sole there, knee forward first; derived here.
+
+        Hip to ankle stays where it is when the knee bends the other way, so the hip pitch moves
+        to the other side of it. Arguments and errors as of `flat_joints`. Shape (..., 2, 6).
+        """
+        forward = self.flat_joints(position, heading)
+        yaw, roll, pitch, knee, _, ankle_roll = np.moveaxis(forward, -1, 0)
+        thigh, shank = self.geometry.thigh, self.geometry.shank
+        pitch = pitch + 2.0 * np.arctan2(shank * np.sin(knee), thigh + shank * np.cos(knee))
+        backward = np.stack([yaw, roll, pitch, -knee, knee - pitch, ankle_roll], axis=-1)
+        return np.stack([forward, backward], axis=-2)
+
     def pose_joints(self, pose: np.ndarray) -> np.ndarray:
         """Joints that give the sole any pose, derived here for the yaw axis through the hip.
 

@@ -10,9 +10,9 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from math import pi
 from typing import ClassVar, Literal
 
@@ -21,9 +21,10 @@ import numpy as np
 from gaitlab.body import Box, Link, Part, Sole, Tree, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.arm import ArmGeometry
-from gaitlab.kinematics.head import HeadGeometry
+from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
 from gaitlab.kinematics.leg import Leg, LegGeometry
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
+from gaitlab.limbs import Limb, head_limb, leg_limb, short_arm_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
@@ -191,6 +192,20 @@ class Robot:
             raise min(problems, key=lambda problem: problem.tick)
         held = np.tile(self.posture.joints(), (len(feet.position), 1))
         return np.concatenate([*legs, held], axis=1)
+
+    def limbs(self) -> Mapping[str, Limb]:
+        """Legs, arms and head, in the frames of [Pristovani2018]."""
+        joints = self.tree.joints
+        found = [
+            head_limb(
+                partial(camera_pose, self.head), partial(pointing_joints, self.head), joints[18:]
+            )
+        ]
+        for k, side in enumerate(SIDES):
+            leg = Leg(geometry=self.leg, ankle_height=self.sole.height, side=side)
+            found.append(leg_limb(leg, joints[6 * k : 6 * k + 6], "the trunk"))
+            found.append(short_arm_limb(self.arm, joints[12 + 3 * k : 15 + 3 * k], side))
+        return {each.name: each for each in found}
 
     def _leg_targets(self, feet: FeetPoses, index: int, side: Side) -> np.ndarray:
         level = axis_rotation("y", -feet.trunk_pitch) @ axis_rotation("z", feet.heading[:, index])

@@ -1,0 +1,62 @@
+"""`gaitlab audit`: a paper's tables beside ours, and what is wrong in print."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitlab.cli.printing import say
+from gaitlab.errors import UnknownName
+
+if TYPE_CHECKING:
+    from gaitlab.audit.page import Page
+
+ALL = "all"
+DEFAULT_FOLDER = Path("reports") / "papers"
+
+
+def audit(
+    paper: Annotated[
+        str, typer.Argument(metavar="PAPER|all", help="eros, flow, biped, nao, bioloid or all.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", metavar="DIR", help="Folder of the pages.")
+    ] = DEFAULT_FOLDER,
+) -> int:
+    """Write a paper's published tables beside our values, and what is wrong in print, as a page.
+
+    \b
+    Example:
+      gaitlab audit eros
+    """
+    from gaitlab.audit.page import markdown
+    from gaitlab.plugins import suggestion
+
+    known = papers()
+    if paper not in (*known, ALL):
+        raise UnknownName(f"there is no audit of {paper!r}{suggestion(paper, (*known, ALL))}")
+    output.mkdir(parents=True, exist_ok=True)
+    for name in known if paper == ALL else [paper]:
+        file = output / f"{name}.md"
+        file.write_text(markdown(_audit_of(name)()), encoding="utf-8")
+        say(str(file))
+    return 0
+
+
+def papers() -> list[str]:
+    """Names of the papers that can be audited: files of `gaitlab/audit` with an `audit`."""
+    from gaitlab.audit import page
+
+    folder = Path(page.__file__).parent
+    found = sorted(file for file in folder.glob("*.py") if not file.stem.startswith("_"))
+    return [file.stem for file in found if "\ndef audit(" in file.read_text(encoding="utf-8")]
+
+
+def _audit_of(name: str) -> Callable[[], Page]:
+    from importlib import import_module
+
+    found: Callable[[], Page] = import_module(f"gaitlab.audit.{name}").audit
+    return found
