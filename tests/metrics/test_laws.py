@@ -54,6 +54,10 @@ def blown_up() -> TrialLog:
     return TrialLog(header=log.header, arrays=arrays)
 
 
+BELTED = header(
+    joints=("left_knee", "left_ankle", "right_knee", "right_ankle", "gantry_pitch"),
+    torque_limits=(2.5, 0.0, 2.5, 0.0, 0.0),
+)
 LOGS = {
     "a walk": busy(),
     "a backward walk": walk(header(step_length=-0.04)),
@@ -69,6 +73,10 @@ LOGS = {
     "one tick of one gait period": walk(header(startup_time=0.0, dt=0.8), cycles=1.0),
     "a flight": in_flight(),
     "a simulation that blew up": blown_up(),
+    "a walk on belts and a gantry": walk(BELTED),
+    "belts that give way": walk(
+        BELTED, left_ankle_position=0.1, gantry_pitch_torque=3.0, left_foot_sink=0.04
+    ),
 }
 
 
