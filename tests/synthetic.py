@@ -27,6 +27,7 @@ HEADER = LogHeader(
     sole_length=0.1,
     sole_width=0.06,
     torque_limits=(2.5, 2.5, 2.5, 2.5),
+    fsr_positions=(0.03, 0.02, 0.03, -0.02, -0.02, 0.02, -0.02, -0.02) * 2,
 )
 DUTY = 0.6  # share of the gait period that a foot carries load
 

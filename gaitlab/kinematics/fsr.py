@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import numpy as np
 
-READING = 0.01  # s between two readings of the sensors, NAO's own period
 SINGULAR = 1e-6  # m, smallest sum of two coordinates that a ratio is taken of
 NEWTON_STEPS = 4  # the sensors' quadrilateral is nearly a rectangle: two steps give all digits
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import nan
 
-from gaitlab.kinematics.fsr import READING, averaged, crossings, load_index
+from gaitlab.kinematics.fsr import crossings
 from gaitlab.log import TrialLog
+from gaitlab.sensing import exchanges, load_index_signal
 
 UNIT = "-"
 
@@ -14,12 +15,8 @@ def load_index_crossings(log: TrialLog) -> float:
     """Sign changes of the load index an exchange of support, less one: 0 if each is a clean one.
 
     The load index is (left - right) / (left + right) of the vertical forces on the feet, each
-    averaged over 10 ms as sensors are read. Over the cycles that `roll_amplitude` uses; NaN
-    without a complete one. Defined here.
+    averaged over 10 ms as sensors are read. From the first mid-step to the last of the cycles that
+    `roll_amplitude` uses; NaN without any. Defined here.
     """
-    cycles = log.measured_cycles
-    if not cycles:
-        return nan
-    force = log.per_foot("normal_force")[cycles[0].start : cycles[-1].stop]
-    signal = load_index(*averaged(force, max(1, round(READING / log.header.dt))).T)
-    return crossings(signal) / (2.0 * len(cycles)) - 1.0
+    rows, count = exchanges(log)
+    return crossings(load_index_signal(log, rows)) / count - 1.0 if count else nan

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from math import nan
 
-import numpy as np
-
-from gaitlab.kinematics.fsr import READING, averaged, fluctuation, load_index
+from gaitlab.kinematics.fsr import fluctuation
 from gaitlab.log import TrialLog
+from gaitlab.sensing import exchanges, load_index_signal
 
 UNIT = "-"
 
@@ -17,12 +16,8 @@ def load_index_fluctuation(log: TrialLog) -> float:
 
     The load index is (left - right) / (left + right) of the vertical forces on the feet, each
     averaged over 10 ms as sensors are read. 0 if every exchange carries all load from one foot to
-    the other once; a load that goes half over, back and over again counts 1. Over the cycles that
-    `roll_amplitude` uses; NaN without a complete one. Defined here.
+    the other once; a load that goes half over, back and over again counts 0.5. From the first
+    mid-step to the last of the cycles that `roll_amplitude` uses; NaN without any. Defined here.
     """
-    force, ticks = log.per_foot("normal_force"), max(1, round(READING / log.header.dt))
-    values = [
-        fluctuation(load_index(*averaged(force[cycle], ticks).T), 2.0)
-        for cycle in log.measured_cycles
-    ]
-    return float(np.mean(values)) if values else nan
+    rows, count = exchanges(log)
+    return fluctuation(load_index_signal(log, rows), count) if count else nan

@@ -64,6 +64,7 @@ LOGS = {
     "stepping on the spot": walk(header(step_length=0.0)),
     "marking time": walk(speed=0.0),
     "toes first": walk(left_foot_fsr_front_left=9.0, left_foot_sink=-0.05),
+    "heel against toe": walk(left_foot_fsr_rear_left=40.0, left_foot_fsr_rear_right=40.0),
     "a fall": fall("left", pitch=sine(0.1)),
     "a fall forward": fall(at=4.0),
     "a squat": walk(trunk_z=lambda walked: np.where(walked > 2.0, 0.1, 0.3)),
