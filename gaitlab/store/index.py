@@ -123,9 +123,22 @@ def _tail(trial_id: str) -> str:
 
 def signature(trials: Path) -> str:
     """Digest of the names and sizes of all trials' files, wherever the store lies."""
-    start = len(str(trials))
-    names = sorted(f"{name[start:]} {size}" for name, size in _files(trials))
-    return hashlib.sha256("\n".join(names).encode(errors="surrogateescape")).hexdigest()
+    names: list[str] = []
+    try:
+        with os.scandir(trials) as folders:
+            for folder in folders:
+                names += _sizes(folder)
+    except OSError as error:
+        raise unreachable(trials, error) from error
+    text = "\n".join(sorted(names))
+    return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
+
+
+def _sizes(folder: os.DirEntry[str]) -> list[str]:
+    if not folder.is_dir():
+        return [folder.name]
+    with os.scandir(folder.path) as files:
+        return [f"{file.name} {file.stat(follow_symlinks=False).st_size}" for file in files]
 
 
 def _files(trials: Path) -> Iterator[tuple[str, int]]:

@@ -1,17 +1,21 @@
 """The table of a large store as a file beside it, so that a query need not gather it again.
 
-It is derived and counts only while every trial's file has the name and size, and every list the
-content, that it was made from; a copy of the store takes it along.
+It is derived and counts only while the trials' files have the names and sizes, and the lists the
+content, that it was made from. While no folder of trials has been written to since, one look at
+the folders shows that; in a copy of the store, where times differ, a look at every file does.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaitlab.errors import StoreError
 from gaitlab.store.durable import write_durably
 from gaitlab.store.index import signature
+from gaitlab.store.lists import LIST
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,9 +37,9 @@ class TableFile:
         """Keep the table of the store as it is now. Only under the lock."""
         from gaitlab.store.tables import write_table  # slow to load, and no worker needs it
 
-        stamp = self._stamp()
+        stamps = f"{self._times()} {self._contents()}"
         write_table(table, self.path)
-        write_durably(self._stamp_file, f"{stamp} {_digest(self.path)}\n".encode())
+        write_durably(self._stamp_file, f"{stamps} {_digest(self.path)}\n".encode())
 
     def remove(self) -> None:
         """Keep none."""
@@ -46,17 +50,28 @@ class TableFile:
     def fresh(self) -> bool:
         """Whether it is there, whole, and the table of the store as it is now."""
         try:
-            stamp, digest = self._stamp_file.read_text().split()
-            return digest == _digest(self.path) and stamp == self._stamp()
-        except (OSError, ValueError):
+            times, contents, digest = self._stamp_file.read_text().split()
+            whole = digest == _digest(self.path)
+            return whole and (times == self._times() or contents == self._contents())
+        except (OSError, ValueError, StoreError):
             return False
 
-    def _stamp(self) -> str:
+    def _times(self) -> str:
+        """When a trial or a list was last added, replaced or removed."""
+        folders = (folder for folder in os.scandir(self._trials) if folder.is_dir())
+        times = sorted(f"{folder.name} {folder.stat().st_mtime_ns}" for folder in folders)
+        times += [f"{path.parent.name} {path.stat().st_mtime_ns}" for path in self._lists()]
+        return hashlib.sha256("\n".join(times).encode()).hexdigest()
+
+    def _contents(self) -> str:
         digest = hashlib.sha256(signature(self._trials).encode())
-        for path in sorted(self._experiments.glob("*/trials.jsonl")):
+        for path in self._lists():
             digest.update(f"{path.parent.name}\0".encode())
             digest.update(path.read_bytes())
         return digest.hexdigest()
+
+    def _lists(self) -> list[Path]:
+        return sorted(self._experiments.glob(f"*/{LIST}"))
 
 
 def _digest(path: Path) -> str:
