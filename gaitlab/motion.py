@@ -116,6 +116,6 @@ def require_feet(feet: object, count: int) -> None:
                 f"the gait's feet(t) gave {name} of shape {np.shape(array)} for {count} instants; "
                 f"{shape} is expected"
             )
-        wrong = np.argwhere(~np.isfinite(array)) if name != "phase" else []
-        if len(wrong):
+        wrong = np.argwhere(~np.isfinite(array))
+        if len(wrong) and name != "phase":
             raise WrongValue(f"the gait's feet(t) gave a {name} at tick {wrong[0][0]} that is nan")

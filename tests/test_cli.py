@@ -12,6 +12,7 @@ import pytest
 
 from gaitlab.cli import run_command_line
 from gaitlab.cli.app import app
+from gaitlab.cli.catalogue import Plural
 from gaitlab.cli.printing import columns, duration, size
 from gaitlab.store import Store
 from tests import recorded
@@ -197,9 +198,7 @@ def test_list_names_every_file(gaitlab) -> None:
     surfaces = gaitlab("list", "surfaces").out.split()
     assert {"grass_50mm", "carpet_4mm"} <= set(surfaces)
     everything = gaitlab("list").out
-    assert [line.partition(":")[0] for line in everything.splitlines()] == [
-        *("robots", "gaits", "surfaces", "servos", "metrics", "experiments")
-    ]
+    assert [line.partition(":")[0] for line in everything.splitlines()] == [*Plural.__members__]
 
 
 def test_show_gives_unit_range_and_source_of_a_parameter(gaitlab) -> None:

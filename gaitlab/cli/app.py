@@ -94,7 +94,7 @@ def _usage_text(error: TyperException) -> str:
     """What was wrong with the arguments, with what was found, and whose help to read."""
     message = error.format_message().replace("Value error, ", "")
     message = message.replace("Input should be a valid integer", "a whole number is expected")
-    details = getattr(error.__cause__, "errors", list)()
+    details: list[dict[str, object]] = getattr(error.__cause__, "errors", list)()
     if details and details[0]["type"] == "int_parsing":
         message = f"{message.partition(', unable')[0]}, found {details[0]['input']!r}"
     context = getattr(error, "ctx", None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 from collections.abc import Mapping
@@ -14,14 +15,22 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
-from gaitlab.cli.printing import columns, duration, number, say
-from gaitlab.errors import UnknownName
+from gaitlab.cli.printing import (
+    columns,
+    duration,
+    number,
+    other_output_on_stderr,
+    plural,
+    say,
+    wrapped,
+)
+from gaitlab.errors import FileError, UnknownName
 
 if TYPE_CHECKING:
     from gaitlab.plugins import Kind
     from gaitlab.store import Store
 
-HEX = re.compile(r"[0-9a-f]{4,32}")
+HEX = re.compile(r"[0-9a-fA-F]{4,32}")
 EMPTY: Mapping[str, str] = MappingProxyType({})
 NEAREST = 5  # trials listed when a prefix fits none or several
 
@@ -38,8 +47,17 @@ class Plural(str, Enum):
 
 
 def list_names(
+def _kind(text: str) -> Plural:
+    """A kind in the plural or the singular."""
+    for name in (text, f"{text}s"):
+        if name in Plural.__members__:
+            return Plural(name)
+    raise typer.BadParameter(f"found {text!r}; allowed is one of {', '.join(Plural.__members__)}")
+
+
     kind: Annotated[
-        Plural | None, typer.Argument(metavar="[KIND]", help="|".join(Plural.__members__))
+        Plural | None,
+        typer.Argument(metavar="KIND", parser=_kind, help=f"{', '.join(Plural.__members__)}."),
     ] = None,
 ) -> int:
     """List the names that experiments can use, all kinds or one.
@@ -50,13 +68,33 @@ def list_names(
     """
     from gaitlab.plugins import names
 
-    for plural in [kind] if kind else list(Plural):
-        found = names(cast("Kind", plural.value.removesuffix("s")))
-        say("\n".join(found) if kind else f"{plural.value}: {', '.join(found)}")
+    if kind is not None:
+        singular = cast("Kind", kind.value.removesuffix("s"))
+        rows = [[name, _summary(singular, name)] for name in names(singular)]
+        say(wrapped([singular, "what it is"], rows, texts=1))
+        return 0
+    for each in Plural:
+        found = ", ".join(names(cast("Kind", each.value.removesuffix("s"))))
+        say(f"{each.value}: {found}")
     return 0
 
 
 def show(
+def _summary(kind: Kind, name: str) -> str:
+    """What a name stands for in a line, empty when its file does not say."""
+    from gaitlab.documents import load
+    from gaitlab.plugins import locate
+
+    path = locate(kind, name)
+    if path.suffix == ".py":
+        return (ast.get_docstring(ast.parse(path.read_bytes())) or "").partition("\n")[0]
+    try:
+        described = load(path).mapping.get("title" if kind == "experiment" else "description")
+    except FileError as error:
+        return f"wrong file: {error.problems[0].message}"
+    return " ".join(str(described.value).split()) if described else ""
+
+
     name: Annotated[
         str,
         typer.Argument(
@@ -71,29 +109,39 @@ def show(
     Example:
       gaitlab show grass_50mm
     """
-    from gaitlab.plugins import KINDS, is_file_name, names, suggestion
+    from gaitlab.plugins import KINDS, is_file_name, names, nearest
     from gaitlab.store import Store
 
     kinds = [kind for kind in KINDS if name in names(kind)]
     if kinds or is_file_name(name):
-        say("\n\n".join(_described(kind, name) for kind in kinds or [_kind_of_file(name)]))
+        with other_output_on_stderr():
+            texts = [_described(kind, name) for kind in kinds or [_kind_of_file(name)]]
+        say("\n\n".join(texts))
         return 0
     if HEX.fullmatch(name):
-        say(_trial_text(Store(store), name))
+        say(_trial_text(Store(store), name.lower()))
         return 0
-    known = [known for kind in KINDS for known in names(kind)]
-    raise UnknownName(f"nothing is called {name!r}{suggestion(name, sorted(set(known)))}")
+    near = nearest(name, sorted({known for kind in KINDS for known in names(kind)}))
+    raise UnknownName(
+        f"nothing is called {name!r}{near}; `gaitlab list` gives every name, and a trial is "
+        "named by at least 4 of its first digits"
+    )
 
 
 def _kind_of_file(name: str) -> Kind:
-    """A Python file is a gait unless it defines a robot; a YAML file with a `type` is a surface."""
+    """What a file defines: Python a robot or a gait, YAML is told by its keys."""
     from gaitlab.documents import load
 
+    from gaitlab.parameters import parameter_table
+    from gaitlab.servos import Servo
     path = Path(name)
     if path.suffix == ".py":
         is_robot = path.is_file() and "class Robot" in path.read_text(errors="replace")
         return "robot" if is_robot else "gait"
-    return "surface" if "type" in load(path).mapping else "experiment"
+    keys = set(load(path).mapping)
+    if "type" in keys:
+        return "surface"
+    return "servo" if keys & set(parameter_table(Servo)) else "experiment"
 
 
 def _described(kind: Kind, name: str) -> str:
@@ -141,7 +189,7 @@ def _parameters_text(
         shown = "required" if value is MISSING else number(value)
         source = sources.get(item.name, item.source)
         rows.append([item.name, shown, item.unit, allowed(item), item.doc, source])
-    return columns(("parameter", "value", "unit", "allowed", "meaning", "source"), rows)
+    return wrapped(("parameter", "value", "unit", "allowed", "meaning", "source"), rows, texts=3)
 
 
 def _metric_text(name: str) -> str:
@@ -166,8 +214,9 @@ def _experiment_text(name: str) -> str:
         f"surfaces: {', '.join(experiment.parts.surfaces)}",
         f"varied: {', '.join(axes) or 'nothing'}",
         f"seeds: {len(experiment.seeds)}",
-        f"{planned.cell_count} cells, {planned.size} trials of up to {duration(planned.seconds)}",
-        f"`gaitlab run {name} --dry-run` lists every cell",
+        f"{plural(planned.cell_count, 'cell')}, {plural(planned.size, 'trial')} of up to "
+        f"{duration(planned.seconds)}",
+        f"`gaitlab run {name} --dry-run` says what would run",
     ]
     return "\n".join(line for line in lines if line)
 

@@ -7,12 +7,21 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+
+def _folder(text: str) -> Path:
+    # An unset variable of the shell gives an empty text, which a Path takes for this folder.
+    if not str(text).strip():
+        raise typer.BadParameter("found nothing; give a folder, or leave the option out")
+    return Path(text)
+
+
 ExperimentName: TypeAlias = Annotated[
     str,
     typer.Argument(metavar="EXPERIMENT", help="A file, or the name of one in experiments/."),
 ]
 StoreFolder: TypeAlias = Annotated[
-    Path, typer.Option("--store", metavar="DIR", help="Folder of the results.")
+    Path,
+    typer.Option("--store", metavar="DIR", parser=_folder, help="Folder of the results."),
 ]
 Settings: TypeAlias = Annotated[
     list[str] | None,

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
+from itertools import zip_longest
+from shutil import get_terminal_size
 
+NARROWEST = 22  # characters of a text in a column of its own
+SIX_DIGITS, LONGEST_WHOLE = 1e6, 1e15  # floats between are written out, not as powers of ten
 MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0  # s
 
 
@@ -15,6 +21,27 @@ def say(text: str) -> None:
         print(text, flush=True)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def other_output_on_stderr() -> Iterator[None]:
+    """What Bullet or a team's own gait prints goes to stderr, so that stdout holds data alone.
+
+    Worker processes that start meanwhile inherit it.
+    """
+    if sys.stdout is None or sys.stderr is None:  # closed by the shell, `>&-`
+        yield
+        return
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def tell(text: str) -> None:
@@ -36,11 +63,53 @@ def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     )
 
 
+def wrapped(head: Sequence[str], rows: Sequence[Sequence[str]], texts: int) -> str:
+    """A table whose last columns are texts: broken to fit a terminal, whole lines elsewhere.
+
+    Args:
+        head: Names of the columns.
+        rows: Cells.
+        texts: How many columns are texts.
+    """
+    if not sys.stdout.isatty():
+        return columns(head, rows)
+    first, whole = len(head) - texts, get_terminal_size().columns
+    taken = sum(max(len(row[i]) for row in [head, *rows]) + 2 for i in range(first))
+    width = (whole - taken) // texts - 2
+    if width < NARROWEST:
+        return "\n".join(_record(row, first, whole) for row in rows)
+    broken = [_lines(row, first, width) for row in rows]
+    return columns(head, [line for lines in broken for line in lines])
+
+
+def _record(row: Sequence[str], first: int, width: int) -> str:
+    """A row for a narrow terminal: its name and values, its texts below them."""
+    below = "; ".join(text for text in row[first:] if text)
+    indented = textwrap.fill(below, width, initial_indent="    ", subsequent_indent="    ")
+    return f"{'  '.join(row[:first])}\n{indented}".rstrip()
+
+
+def _lines(row: Sequence[str], first: int, width: int) -> list[list[str]]:
+    """A row as several, its texts broken; the other cells stand in the first."""
+    texts = [textwrap.wrap(text, width) or [""] for text in row[first:]]
+    lines = zip_longest(*texts, fillvalue="")
+    return [[*(row[:first] if not i else [""] * first), *line] for i, line in enumerate(lines)]
+
+
 def number(value: object) -> str:
-    """A value for reading: floats to six digits, nothing for nothing."""
+    """A value for reading: floats to six digits, nothing for nothing, switches as in YAML."""
     if value is None:
         return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float) and SIX_DIGITS <= abs(value) < LONGEST_WHOLE:
+        return f"{value:.0f}"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def plural(count: int, noun: str) -> str:
+    """`1 trial`, `2,000 trials`."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def duration(seconds: float) -> str:

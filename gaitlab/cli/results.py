@@ -10,14 +10,25 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.options import DEFAULT_STORE, Seeds, Settings, StoreFolder
-from gaitlab.cli.printing import columns, number, say, size, tell
-from gaitlab.errors import UnknownName
+from gaitlab.cli.printing import (
+    columns,
+    number,
+    other_output_on_stderr,
+    plural,
+    say,
+    size,
+    tell,
+)
+from gaitlab.errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from gaitlab.store import Store, TrialList
     from gaitlab.store.index import Index
+
+
+WIDEST_CELL = 80  # characters of a cell in a printed table; csv and json hold all of it
 
 
 class Format(str, Enum):
@@ -51,15 +62,21 @@ def report(
     from gaitlab.report import write_report
     from gaitlab.store import Store
 
-    loaded = [load_experiment(name, settings=settings or (), seeds=seeds) for name in experiments]
-    say(str(write_report(loaded, Store(store), output)))
+    if output is not None and output.exists() and not output.is_dir():
+        raise UsageError(f"--output {output}: a file is in the way; give a folder")
+    with other_output_on_stderr():
+        loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
+        page = write_report(loaded, Store(store), output)
+    say(str(page))
     return 0
 
 
 def status(
     experiment: Annotated[
         str | None,
-        typer.Argument(metavar="[EXPERIMENT]", help="Name of one that was run; all by default."),
+        typer.Argument(
+            metavar="EXPERIMENT", help="Name or file of one that was run; all by default."
+        ),
     ] = None,
     rebuild: Annotated[
         bool, typer.Option("--rebuild", help="Write the index anew from the trials' own files.")
@@ -72,19 +89,27 @@ def status(
     Example:
       gaitlab status eros_quick
     """
+    from gaitlab.experiment import load_experiment
+    from gaitlab.plugins import is_file_name
     from gaitlab.store import Store
 
     results = Store(store)
     index = _rebuilt(results) if rebuild else results.index()
     lists = results.experiments()
+    if experiment is not None and experiment not in lists and is_file_name(experiment):
+        with other_output_on_stderr():
+            experiment = load_experiment(experiment).name
     if experiment is not None and experiment not in lists:
         known = ", ".join(lists) or "none"
         raise UnknownName(f"{store}: no experiment {experiment!r} was run here; there: {known}")
     chosen = lists if experiment is None else {experiment: lists[experiment]}
     head = ("experiment", "planned", "done", "infeasible", "failed", "left")
     say(columns(head, [_status_row(found, index) for found in chosen.values()]))
+    if not store.is_dir():
+        tell(f"{store}: no such folder; nothing was run into it yet")
+        return 0
     total = sum(entry.size for entry in index.entries.values())
-    tell(f"{store}: {len(index.entries)} trials, {size(total)}")
+    tell(f"{store}: {plural(len(index.entries), 'trial')}, {size(total)}")
     for problem in index.unreadable:
         tell(f"not counted: {problem}")
     return 0
@@ -127,5 +152,11 @@ def _formatted(table: pd.DataFrame, form: Format) -> str:
         rows = json.loads(table.to_json(orient="records", date_format="iso", double_precision=15))
         return json.dumps(rows)
     plain = table.astype(object).where(table.notna(), None)
-    rows = [[number(value) for value in row] for row in plain.itertuples(index=False)]
+    rows = [[_cell(value) for value in row] for row in plain.itertuples(index=False)]
     return columns([str(name) for name in table.columns], rows)
+
+
+def _cell(value: object) -> str:
+    """A value on one line, cut if it is long."""
+    text = " ".join(number(value).split()) if isinstance(value, str) else number(value)
+    return text if len(text) <= WIDEST_CELL else f"{text[: WIDEST_CELL - 3]}..."

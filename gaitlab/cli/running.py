@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import shlex
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +14,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.options import DEFAULT_STORE, ExperimentName, Seeds, Settings, StoreFolder
-from gaitlab.cli.printing import DAY, columns, duration, number, say, size, tell
+from gaitlab.cli.printing import (
+    DAY,
+    columns,
+    duration,
+    number,
+    other_output_on_stderr,
+    plural,
+    say,
+    size,
+    tell,
+)
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -23,7 +34,10 @@ if TYPE_CHECKING:
 MANY_TRIALS = 100_000  # more need --yes
 LONG = DAY  # s, an estimate beyond this needs --yes
 INTERRUPTED, SOME_FAILED = 130, 4  # exit codes
-SHOWN_FAILURES = 5
+SHOWN_REASONS = 5
+MOST_JOBS = 1000  # processes; a slip of the finger beyond
+LONGEST_TABLE = 30  # cells of a plan that are listed; more are summed up
+SHOWN_VALUES = 12  # of a path in such a sum
 
 
 def run(
@@ -66,7 +80,8 @@ def run(
     from gaitlab.plan import plan
     from gaitlab.store import Store
 
-    wanted = load_experiment(experiment, settings=settings or (), seeds=seeds)
+    with other_output_on_stderr():
+        wanted = load_experiment(experiment, settings or (), seeds)
     results, workers = Store(store), _workers(jobs)
     planned = plan(wanted)
     _refuse_large(cost(planned, planned.size, workers), yes)
@@ -77,18 +92,21 @@ def run(
         return 0
     from gaitlab.cli.progress import progress
 
-    summary = dispatch(
-        wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress()
-    )
-    _tell_failures(results, wanted.name, summary)
+    with other_output_on_stderr():
+        summary = dispatch(
+            wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress()
+        )
+    _tell_reasons(results, wanted.name, summary)
     again = _arguments(experiment, settings, seeds, store)
     say(_summary_json(summary) if as_json else _summary_text(summary, again))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
 
 
 def _workers(jobs: int | None) -> int:
-    if jobs is not None and jobs < 0:
-        raise UsageError(f"--jobs {jobs}: allowed is 0 (this process) or a number of processes")
+    if jobs is not None and not 0 <= jobs <= MOST_JOBS:
+        raise UsageError(
+            f"--jobs {jobs}: allowed is 0 (this process) or a number of processes up to {MOST_JOBS}"
+        )
     return _cores() if jobs is None else jobs
 
 
@@ -118,16 +136,40 @@ def _plan_text(found: Outlook, needed: Cost, retry_failed: bool, as_json: bool) 
                 "bytes": round(needed.size),
             }
         )
+    short = len(found.standings) <= LONGEST_TABLE
+    table = _every_cell(found, retry_failed) if short else _cells_by_reason(found, retry_failed)
+    total = f"{plural(found.planned, 'trial')} in {plural(len(found.standings), 'cell')}: "
+    total += f"{found.count('cached')} cached, {needed.trials} to run, "
+    total += f"up to {duration(needed.seconds)} and {size(needed.size)}"
+    code = [f"this experiment runs code of your own: {file}" for file in found.own_code]
+    return "\n".join([f"{table}\n\n{total}", *code])
+
+
+def _every_cell(found: Outlook, retry_failed: bool) -> str:
     paths = list(found.values[0]) if found.values else []
-    head = [*paths, "cached", "to run", "why"]
     rows = [
         [*(number(values[path]) for path in paths), *_standing_cells(standing, retry_failed)]
         for values, standing in zip(found.values, found.standings, strict=True)
     ]
-    total = f"{found.planned} trials in {len(rows)} cells: {found.count('cached')} cached, "
-    total += f"{needed.trials} to run, up to {duration(needed.seconds)} and {size(needed.size)}"
-    code = [f"this experiment runs code of your own: {file}" for file in found.own_code]
-    return "\n".join([f"{columns(head, rows)}\n\n{total}", *code])
+    return columns([*paths, "cached", "to run", "why"], rows)
+
+
+def _cells_by_reason(found: Outlook, retry_failed: bool) -> str:
+    """What is varied, and how many cells stand how: a long plan in a few lines."""
+    varied = [[path, _values(found, path)] for path in found.values[0]]
+    stands = [tuple(_standing_cells(standing, retry_failed)) for standing in found.standings]
+    rows = [[str(count), *stand] for stand, count in Counter(stands).items()]
+    head = ("cells", "cached in each", "to run in each", "why")
+    return f"{columns(('varied', 'values'), varied)}\n\n{columns(head, rows)}"
+
+
+def _values(found: Outlook, path: str) -> str:
+    """The values of a path, those in the middle left out when they are many."""
+    values = list(dict.fromkeys(number(cell[path]) for cell in found.values))
+    if len(values) > SHOWN_VALUES:
+        half = SHOWN_VALUES // 2
+        values = [*values[:half], f"... {len(values) - 2 * half} more ...", *values[-half:]]
+    return ", ".join(values)
 
 
 def _standing_cells(standing: Mapping[Standing, int], retry_failed: bool) -> list[str]:
@@ -148,12 +190,14 @@ def _summary_json(summary: Summary) -> str:
 
 
 def _summary_text(summary: Summary, arguments: str) -> str:
-    counts = f"{summary.planned} trials: {summary.cached} cached, {summary.done} done, "
+    counts = f"{plural(summary.planned, 'trial')}: {summary.cached} cached, {summary.done} done, "
     counts += f"{summary.infeasible} infeasible, {summary.failed} failed"
     counts += f", {summary.left} left" if summary.left else ""
     falls = f"The robot fell in {summary.falls} of them. {duration(summary.seconds)}"
     if summary.left:
         return f"{counts}. {falls}\nGo on: gaitlab run {arguments}"
+    if summary.failed == summary.planned:
+        return f"{counts}. {falls}\nTry again: gaitlab run {arguments} --retry-failed"
     return f"{counts}. {falls}\nReport: gaitlab report {arguments}"
 
 
@@ -167,12 +211,24 @@ def _arguments(
     return shlex.join(parts)
 
 
-def _tell_failures(results: Store, name: str, summary: Summary) -> None:
-    if not summary.failed:
+def _tell_reasons(results: Store, name: str, summary: Summary) -> None:
+    """Why trials have no result, each reason once, with a trial to look at."""
+    if not summary.failed and not summary.infeasible:
         return
     entries = results.index().entries
-    wanted = [listed.trial_id for listed in results.experiments()[name].trials]
-    failed = [entries[i] for i in wanted if i in entries and entries[i].state == "FAILED"]
-    for entry in failed[:SHOWN_FAILURES]:
-        tell(f"failed: {entry.trial_id[:8]}: {entry.reason}")
-    tell("`gaitlab show` of a trial tells more; `--retry-failed` runs them again.")
+    wanted = [
+        entries[t.trial_id] for t in results.experiments()[name].trials if t.trial_id in entries
+    ]
+    for state in ("INFEASIBLE", "FAILED"):
+        groups: dict[str, list[str]] = {}
+        for entry in wanted:
+            if entry.state == state:
+                reason = entry.reason.partition("\n")[0]
+                groups.setdefault(reason, []).append(entry.trial_id)
+        for reason, ids in list(groups.items())[:SHOWN_REASONS]:
+            found = f"{state.lower()}, {plural(len(ids), 'trial')}: {reason}"
+            tell(f"{found} (gaitlab show {ids[0][:8]})")
+        if len(groups) > SHOWN_REASONS:
+            tell(f"{state.lower()}: {len(groups) - SHOWN_REASONS} more reasons")
+    if summary.failed:
+        tell("`--retry-failed` runs failed trials again.")

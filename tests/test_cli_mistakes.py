@@ -1,0 +1,196 @@
+"""What newcomers type, and what they are told: never a traceback, always what to do."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitlab.cli import printing, run_command_line
+from gaitlab.cli.printing import number, other_output_on_stderr, plural, wrapped
+from gaitlab.plugins import locate
+from tests.pretended import pretend, pretend_well
+from tests.test_cli import EXPERIMENT, Printed
+
+LONG_GRID = "grid.gait.step_length=[0.0, 0.01, 0.02, 0.03, 0.04, 0.05]"
+
+
+@pytest.fixture
+def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
+    """Run a command in an empty folder, trials being made up."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+
+    def command(*arguments: str) -> Printed:
+        code = run_command_line(arguments)
+        return Printed((code, *capfd.readouterr()))
+
+    return command
+
+
+def own_gait(head: str) -> str:
+    """An experiment with a team's own copy of the EROS gait that begins with a line of its own."""
+    text = locate("gait", "eros").read_text()
+    place = text.index("from dataclasses")
+    Path("ours.py").write_text(f"{text[:place]}{head}\n{text[place:]}")
+    written = Path(EXPERIMENT).read_text().replace("gait: {type: eros", "gait: {type: ./ours.py")
+    Path("ours.yaml").write_text(written)
+    assert "./ours.py" in written
+    return "ours.yaml"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("run", EXPERIMENT, "-j", "x"), 2, "a whole number is expected, found 'x'"),
+        (("run", EXPERIMENT, "-j", "100000"), 2, "a number of processes up to 1000"),
+        (("run", EXPERIMENT, "--seeds", "1e3"), 2, "found '1e3'\nTry `gaitlab run --help`."),
+        (("run", EXPERIMENT, "--store", ""), 2, "give a folder, or leave the option out"),
+        (("list", "surfacs"), 2, "found 'surfacs'; allowed is one of robots, gaits, surfaces"),
+        (("query", "SELECT 1", "--format", "xml"), 2, ": 'xml' is not one of 'table', 'csv'"),
+        (("show", "gras"), 3, "`gaitlab list` gives every name"),
+        (("show", "abc"), 3, "at least 4 of its first digits"),
+        (("show", "ABCDEF"), 3, "no trial starts with abcdef"),
+        (("run", "loop.yaml"), 3, "Symlink loop"),
+        (("run", "none.yaml"), 3, "there is no file"),
+        (("status", "none.yaml"), 3, "there is no file"),
+        (("status", "--store", "file"), 7, "file"),
+        (("query", "SELECT 1", "--store", "file"), 7, "file"),
+        (("report", EXPERIMENT, "--output", "file"), 2, "a file is in the way; give a folder"),
+    ],
+)
+def test_a_slip_is_named_with_the_way_out(gaitlab, arguments, code: int, message: str) -> None:
+    Path("file").touch()
+    Path("loop.yaml").symlink_to("loop.yaml")
+    done = gaitlab(*arguments)
+    assert (done.code, done.out) == (code, "")
+    assert message in done.err
+    assert "Traceback" not in done.err
+    assert sorted(os.listdir()) == ["file", "loop.yaml"]
+
+
+def test_a_folder_that_is_gone_is_no_mistake_of_gaitlab(gaitlab, tmp_path: Path) -> None:
+    (tmp_path / "gone").mkdir()
+    os.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    done = gaitlab("list")
+    assert done.code == 7
+    assert "the folder may be gone" in done.err
+    assert "Traceback" not in done.err
+
+
+def test_a_gait_that_ends_the_program_is_named(gaitlab) -> None:
+    done = gaitlab("run", own_gait("raise SystemExit(5)"))
+    assert done.code == 3
+    assert "ours.py:" in done.err
+    assert "does not load: SystemExit: 5" in done.err
+
+
+def test_what_a_gait_prints_never_mixes_with_the_data(gaitlab) -> None:
+    done = gaitlab("run", own_gait("print('hello')"), "-j", "0", "--json")
+    assert json.loads(done.out)["done"] == 24
+    assert "hello\n" in done.err
+
+
+def test_what_other_libraries_write_goes_to_stderr_while_trials_run(capfd) -> None:
+    with other_output_on_stderr():
+        os.write(1, b"from C\n")
+    print("data")
+    assert capfd.readouterr() == ("data\n", "from C\n")
+
+
+def test_a_long_plan_is_summed_up_by_what_is_varied_and_why(gaitlab) -> None:
+    done = gaitlab("run", EXPERIMENT, "-n", "--set", LONG_GRID)
+    lines = [line.split() for line in done.out.splitlines()]
+    assert ["gait.step_length", "0,", "0.01,", "0.02,", "0.03,", "0.04,", "0.05"] in lines
+    assert ["48", "0", "1", "new"] in lines
+    assert done.out.splitlines()[-1].startswith("48 trials in 48 cells: 0 cached, 48 to run, up to")
+    assert len(lines) < 12
+
+
+def test_a_thousand_values_do_not_fill_the_screen(gaitlab) -> None:
+    many = [round(0.0001 * k, 4) for k in range(1000)]
+    done = gaitlab("run", EXPERIMENT, "-n", "--set", f"grid.gait.step_length={many}")
+    assert "... 988 more ..." in done.out
+    assert max(len(line) for line in done.out.splitlines()) < 150
+
+
+def test_reasons_are_told_once_with_a_trial_to_look_at(gaitlab, monkeypatch) -> None:
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    done = gaitlab("run", EXPERIMENT, "-j", "2")
+    told = [line for line in done.err.splitlines() if "gaitlab show" in line]
+    assert [line.partition(":")[0] for line in told] == ["infeasible, 4 trials", "failed, 1 trial"]
+    shown = gaitlab("show", told[1].rpartition("show ")[2].rstrip(")"))
+    assert "FAILED" in shown.out.splitlines()[0]
+
+
+def test_status_takes_the_file_that_was_run(gaitlab) -> None:
+    assert gaitlab("run", EXPERIMENT, "-j", "0").code == 0
+    assert gaitlab("status", EXPERIMENT).out.splitlines()[1].split()[:3] == [
+        "pretended",
+        "24",
+        "24",
+    ]
+
+
+def test_status_of_a_misspelt_store_says_that_there_is_none(gaitlab) -> None:
+    assert "dada: no such folder" in gaitlab("status", "--store", "dada").err
+    assert not Path("dada").exists()
+
+
+def test_a_servo_of_the_users_own_is_shown_as_one(gaitlab) -> None:
+    Path("ours.yaml").write_text(locate("servo", "mx_28").read_text())
+    assert gaitlab("show", "ours.yaml").out.startswith("servo ours.yaml\n")
+
+
+@pytest.mark.parametrize("kind", ["surface", "surfaces"])
+def test_a_list_of_one_kind_says_what_each_name_is(gaitlab, kind: str) -> None:
+    head, *rows = gaitlab("list", kind).out.splitlines()
+    assert head.split() == ["surface", "what", "it", "is"]
+    assert any(row.startswith("hard_floor ") and row.endswith(" hard floor") for row in rows)
+
+
+@pytest.mark.parametrize(
+    "kind", ["robots", "gaits", "surfaces", "servos", "metrics", "experiments"]
+)
+def test_everything_shipped_says_what_it_is(gaitlab, kind: str) -> None:
+    for row in gaitlab("list", kind).out.splitlines()[1:]:
+        assert len(row.split()) > 2, row
+
+
+def test_a_cell_of_a_printed_table_is_one_short_line(gaitlab) -> None:
+    sql = "SELECT 'a\nb' AS x, repeat('y', 500) AS y"
+    lines = gaitlab("query", sql).out.splitlines()
+    assert len(lines) == 2
+    assert lines[1].startswith("a b")
+    assert lines[1].endswith("y...")
+    assert len(lines[1]) < 100
+    assert "y" * 500 in gaitlab("query", sql, "--format", "csv").out
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1234567.891, "1234568"), (1e300, "1e+300"), (0.1 + 0.2, "0.3"), (True, "true"), (None, "")],
+)
+def test_values_read_like_those_of_a_file(value: object, text: str) -> None:
+    assert number(value) == text
+
+
+def test_one_is_singular() -> None:
+    assert [plural(n, "trial") for n in (0, 1, 2000)] == ["0 trials", "1 trial", "2,000 trials"]
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 120, 200])
+def test_texts_are_broken_to_the_terminal_and_none_is_lost(monkeypatch, width: int) -> None:
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setattr(printing, "get_terminal_size", lambda: os.terminal_size((width, 24)))
+    meaning, source = "apex of the swing foot " * 6, "an assumption of ours " * 6
+    table = wrapped(
+        ("parameter", "value", "meaning", "source"), [("lift", "0.03", meaning, source)], texts=2
+    )
+    assert max(len(line) for line in table.splitlines()) <= width
+    for word in {*meaning.split(), *source.split()}:
+        assert table.count(word) >= 6
