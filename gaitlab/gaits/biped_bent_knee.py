@@ -68,7 +68,7 @@ class Gait:
         strides = 2.0 * np.maximum(cycles, 0.0) + ROUNDING
         number = np.floor(strides).astype(int)
         right_swings = number % 2 == 0
-        growth = np.clip(cycles, 0.0, 1.0)[:, None]
+        growth = 0.5 * (1.0 - np.cos(pi * np.clip(cycles, 0.0, 1.0)))[:, None]
         support, swing = self._foot_paths(strides - number)
         pair = np.stack([support, swing], axis=1)
         pair = np.where(right_swings[:, None, None], pair, pair[:, ::-1])
