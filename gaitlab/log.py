@@ -191,7 +191,7 @@ class TrialLog:
         array = self.arrays[name]
         return array.astype(np.float64) if array.dtype == np.float32 else array
 
-    def vector(self, name: str, axes: str = "xyz") -> np.ndarray:
+    def vector(self, name: str, axes: Sequence[str] = "xyz") -> np.ndarray:
         """Columns `name` + axis side by side, `vector("trunk_")` for instance. Shape (n, axes)."""
         return np.stack([self[f"{name}{axis}"] for axis in axes], axis=-1)
 

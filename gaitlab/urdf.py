@@ -7,6 +7,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import sqrt
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -110,6 +111,12 @@ def box_inertia(mass: float, size: tuple[float, float, float]) -> tuple[float, f
     """Principal moments of a uniform box about its centre, in [kg m^2]."""
     x, y, z = (edge**2 for edge in size)
     return mass * (y + z) / 12.0, mass * (x + z) / 12.0, mass * (x + y) / 12.0
+
+
+def box_of_inertia(mass: float, moments: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Edges of the uniform box with these moments in [kg m^2], in [m]: undoes `box_inertia`."""
+    x, y, z = (6.0 * moment / mass for moment in moments)
+    return sqrt(y + z - x), sqrt(x + z - y), sqrt(x + y - z)
 
 
 def _add_box(element: Element, role: str, box: Box) -> None:

@@ -32,6 +32,7 @@ import numpy as np
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
+BEFORE_ONE = float(np.nextafter(1.0, 0.0))
 ROUNDING = 1e-9  # share of a step; an instant this close to an exchange belongs to the next step
 
 
@@ -158,9 +159,7 @@ class Gait:
             ankle_pitch=np.zeros((n, 2)),
             knee_only=np.zeros((n, 2)),
             swing=swing,
-            phase=np.where(
-                walking, np.clip((count % 2.0) / 2.0, 0.0, np.nextafter(1.0, 0.0)), np.nan
-            ),
+            phase=np.where(walking, 0.5 * (index % 2 + np.minimum(share, BEFORE_ONE)), np.nan),
             step_index=np.where(walking, index, -1),
         )
 

@@ -29,6 +29,7 @@ from gaitlab.limbs import Limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 from gaitlab.reference import rows
+from gaitlab.urdf import box_of_inertia
 
 Side = Literal["left", "right"]
 Vector = tuple[float, float, float]
@@ -55,12 +56,7 @@ class NaoSole(Sole):
         0.04519, unit="m", low=0.01, high=0.2, doc="ankle axis over the sole", source=_NAO
     )
     outward: float = parameter(
-        0.006,
-        unit="m",
-        low=-0.05,
-        high=0.05,
-        doc="centre of the sole outside the ankle",
-        source=_NAO + ": from 38 mm inside to 50 mm outside",
+        0.006, unit="m", low=-0.05, high=0.05, doc="sole's centre outside the ankle", source=_NAO
     )
     kind: Literal["flat", "studs"] = parameter(
         "flat",
@@ -90,12 +86,7 @@ class NaoLeg:
         0.100, unit="m", low=0.01, high=1.0, doc="L2, hip to knee", source=_NAO
     )
     tibia: float = parameter(
-        0.1029,
-        unit="m",
-        low=0.01,
-        high=1.0,
-        doc="L1, knee to ankle",
-        source=_NAO + ", where the paper takes 0.1",
+        0.1029, unit="m", low=0.01, high=1.0, doc="L1, knee to ankle; in print 0.1", source=_NAO
     )
 
 
@@ -138,7 +129,7 @@ class Robot:
         low=1.0,
         high=20.0,
         doc="mass of the robot, over all links in the published shares",
-        source=_NAO + ", sum of its links",
+        source=_NAO,
     )
     leg: NaoLeg = field(default_factory=NaoLeg)
     sole: NaoSole = field(default_factory=NaoSole)
@@ -186,8 +177,7 @@ class Robot:
         leg = SlantedLeg(thigh=self.leg.thigh, tibia=self.leg.tibia, ankle_height=0.0, side=side)
 
         def inverse(target: np.ndarray, heading: float) -> np.ndarray:
-            pose = homogeneous(axis_rotation("z", np.array(heading)), target)
-            return leg.pose_joints(pose[None])
+            return leg.pose_joints(homogeneous(axis_rotation("z", np.array(heading)), target)[None])
 
         return Limb(
             name=f"{side}_leg",
@@ -294,7 +284,7 @@ def _link(
     row: Mapping[str, str], scale: float, parent: str | None, origin: Vector, joint: Joint | None
 ) -> Link:
     mass = float(row["mass_kg"])
-    moments = tuple(float(row[name]) / mass for name in ("ixx", "iyy", "izz"))
+    moments = (float(row["ixx"]), float(row["iyy"]), float(row["izz"]))
     centre = (float(row["com_x_m"]), float(row["com_y_m"]), float(row["com_z_m"]))
     return Link(
         name=_part_name(row["link"]),
@@ -302,10 +292,5 @@ def _link(
         origin=origin,
         joint=joint,
         mass=scale * mass,
-        box=Box(size=_box_size(*moments), centre=centre),
+        box=Box(size=box_of_inertia(mass, moments), centre=centre),
     )
-
-
-def _box_size(x: float, y: float, z: float) -> Vector:
-    """Edges of the uniform box with these moments over mass, in [m^2], about its axes, in [m]."""
-    return (sqrt(6.0 * (y + z - x)), sqrt(6.0 * (x + z - y)), sqrt(6.0 * (x + y - z)))
