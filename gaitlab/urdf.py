@@ -115,8 +115,8 @@ def box_inertia(mass: float, size: tuple[float, float, float]) -> tuple[float, f
 
 def box_of_inertia(mass: float, moments: tuple[float, float, float]) -> tuple[float, float, float]:
     """Edges of the uniform box with these moments in [kg m^2], in [m]: undoes `box_inertia`."""
-    x, y, z = (6.0 * moment / mass for moment in moments)
-    return sqrt(y + z - x), sqrt(x + z - y), sqrt(x + y - z)
+    x, y, z = (moment / mass for moment in moments)
+    return sqrt(6.0 * (y + z - x)), sqrt(6.0 * (x + z - y)), sqrt(6.0 * (x + y - z))
 
 
 def _add_box(element: Element, role: str, box: Box) -> None:
