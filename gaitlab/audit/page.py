@@ -6,8 +6,9 @@ is the name on the command line.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 Cell = str | float | int | None
 
@@ -64,6 +65,38 @@ class Comparison:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table of ours that has no printed numbers beside it.
+
+    Attributes:
+        title: What it shows.
+        text: What stands above it, Markdown; empty when there is nothing to say.
+        header: Titles of the columns.
+        rows: Cells as they are shown.
+    """
+
+    title: str
+    text: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """A figure beside the page.
+
+    Attributes:
+        name: Name of its file, without ending.
+        caption: What it shows.
+        draw: Writes the files `name`.svg and `name`.png into a folder.
+    """
+
+    name: str
+    caption: str
+    draw: Callable[[Path, str], object]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Page:
     """The audit of one paper.
 
@@ -74,6 +107,8 @@ class Page:
         comparisons: Published tables beside ours.
         errata: What is wrong in print.
         assumptions: What the paper leaves out and what is assumed here instead.
+        tables: Further tables, before what is wrong in print.
+        pictures: Figures, after the tables.
     """
 
     title: str
@@ -82,18 +117,25 @@ class Page:
     comparisons: Sequence[Comparison]
     errata: Sequence[Erratum]
     assumptions: Sequence[tuple[str, str]]
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
 
 
-def markdown(page: Page) -> str:
-    """The page as Markdown."""
-    return "\n".join(_lines(page)) + "\n"
+def markdown(page: Page, pictures: str = ".") -> str:
+    """The page as Markdown; its pictures are looked for in a folder relative to it."""
+    return "\n".join(_lines(page, pictures)) + "\n"
 
 
-def _lines(page: Page) -> Iterator[str]:
+def _lines(page: Page, pictures: str) -> Iterator[str]:
     yield from (f"# {page.title}", "", page.paper, "", page.summary)
     for comparison in page.comparisons:
         yield from ("", f"## {comparison.title}", "")
         yield from _comparison(comparison)
+    for table in page.tables:
+        yield from _table(table)
+    for picture in page.pictures:
+        yield from ("", f"![{picture.caption}]({pictures}/{picture.name}.svg)", "")
+        yield picture.caption
     if page.errata:
         yield from ("", "## Wrong in print", "", "| where | printed | correct | effect |")
         yield "|---|---|---|---|"
@@ -104,6 +146,15 @@ def _lines(page: Page) -> Iterator[str]:
     if page.assumptions:
         yield from ("", "## Left out by the paper", "", "| what | assumed here |", "|---|---|")
         yield from (_row(*assumption) for assumption in page.assumptions)
+
+
+def _table(table: Table) -> Iterator[str]:
+    yield from ("", f"## {table.title}", "")
+    if table.text:
+        yield from (table.text, "")
+    yield _row(*table.header)
+    yield "|---" + "|---:" * (len(table.header) - 1) + "|"
+    yield from (_row(*row) for row in table.rows)
 
 
 def _comparison(comparison: Comparison) -> Iterator[str]:

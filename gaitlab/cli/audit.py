@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
 from gaitlab.cli.printing import say
 from gaitlab.errors import UnknownName
 
@@ -25,6 +28,7 @@ def audit(
     output: Annotated[
         Path, typer.Option("--output", metavar="DIR", help="Folder of the pages.")
     ] = DEFAULT_FOLDER,
+    store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Write a paper's published tables beside our values, and what is wrong in print, as a page.
 
@@ -32,7 +36,6 @@ def audit(
     Example:
       gaitlab audit eros
     """
-    from gaitlab.audit.page import markdown
     from gaitlab.plugins import suggestion
 
     known = papers()
@@ -40,10 +43,21 @@ def audit(
         raise UnknownName(f"there is no audit of {paper!r}{suggestion(paper, (*known, ALL))}")
     output.mkdir(parents=True, exist_ok=True)
     for name in known if paper == ALL else [paper]:
-        file = output / f"{name}.md"
-        file.write_text(markdown(_audit_of(name)()), encoding="utf-8")
-        say(str(file))
+        say(str(_write(name, output, store)))
     return 0
+
+
+def _write(name: str, output: Path, store: Path) -> Path:
+    from gaitlab.audit.page import markdown
+
+    page = _audit_of(name, store)()
+    if page.pictures:
+        (output / name).mkdir(exist_ok=True)
+    for picture in page.pictures:
+        picture.draw(output / name, picture.name)
+    file = output / f"{name}.md"
+    file.write_text(markdown(page, name), encoding="utf-8")
+    return file
 
 
 def papers() -> list[str]:
@@ -55,8 +69,9 @@ def papers() -> list[str]:
     return [file.stem for file in found if "\ndef audit(" in file.read_text(encoding="utf-8")]
 
 
-def _audit_of(name: str) -> Callable[[], Page]:
+def _audit_of(name: str, store: Path) -> Callable[[], Page]:
+    """The audit of a paper; one that looks at simulated walks takes the store of the results."""
     from importlib import import_module
 
-    found: Callable[[], Page] = import_module(f"gaitlab.audit.{name}").audit
-    return found
+    found: Callable[..., Page] = import_module(f"gaitlab.audit.{name}").audit
+    return partial(found, store) if signature(found).parameters else found
