@@ -3,13 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from gaitlab.body import Joint, Robot, require_limits
 from gaitlab.errors import Infeasible
-from gaitlab.motion import FeetPoses
+from gaitlab.motion import FeetPoses, Gait
 from gaitlab.plugins import suggestion
+from gaitlab.servos.servo import Servo
+
+
+@runtime_checkable
+class Particular(Protocol):
+    """A gait that does not suit every robot, and says so before anything runs."""
+
+    def require_playable(self, robot: Robot, servos: Sequence[Servo]) -> None:
+        """Refuse a robot that cannot walk it; servos come in the order of the robot's tree.
+
+        Raises:
+            GaitlabError: What stands in the way.
+        """
+
+
+def require_playable(gait: Gait, robot: Robot, servos: Sequence[Servo]) -> None:
+    """Refuse a gait that the robot cannot walk, if the gait can tell.
+
+    Raises:
+        GaitlabError: What stands in the way.
+    """
+    if isinstance(gait, Particular):
+        gait.require_playable(robot, servos)
 
 
 def joint_commands(robot: Robot, feet: FeetPoses) -> np.ndarray:

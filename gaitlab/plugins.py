@@ -24,8 +24,8 @@ from typing import Literal
 from gaitlab.errors import FileError, Problem, UnknownName
 from gaitlab.parameters import parameter_table
 
-Kind = Literal["gait", "robot", "metric", "servo", "surface", "experiment"]
-KINDS: tuple[Kind, ...] = ("gait", "robot", "metric", "servo", "surface", "experiment")
+Kind = Literal["gait", "robot", "metric", "servo", "surface", "motion", "experiment"]
+KINDS: tuple[Kind, ...] = ("gait", "robot", "metric", "servo", "surface", "motion", "experiment")
 
 PACKAGE = Path(__file__).parent
 IN_PACKAGE: dict[str, str] = {
@@ -34,13 +34,18 @@ IN_PACKAGE: dict[str, str] = {
     "metric": "metrics",
     "servo": "servos",
 }
-BESIDE_PACKAGE: dict[str, str] = {"surface": "surfaces", "experiment": "experiments"}
+BESIDE_PACKAGE: dict[str, str] = {
+    "surface": "surfaces",
+    "motion": "motions",
+    "experiment": "experiments",
+}
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gait": (".py",),
     "robot": (".py",),
     "metric": (".py",),
     "servo": (".yaml", ".yml"),
     "surface": (".yaml", ".yml"),
+    "motion": (".yaml", ".yml"),
     "experiment": (".yaml", ".yml"),
 }
 MEMBERS: dict[str, tuple[str, ...]] = {  # of the protocols in `motion` and `body`

@@ -43,10 +43,10 @@ class Plural(str, Enum):
     surfaces = "surfaces"
     servos = "servos"
     metrics = "metrics"
+    motions = "motions"
     experiments = "experiments"
 
 
-def list_names(
 def _kind(text: str) -> Plural:
     """A kind in the plural or the singular."""
     for name in (text, f"{text}s"):
@@ -55,6 +55,7 @@ def _kind(text: str) -> Plural:
     raise typer.BadParameter(f"found {text!r}; allowed is one of {', '.join(Plural.__members__)}")
 
 
+def list_names(
     kind: Annotated[
         Plural | None,
         typer.Argument(metavar="KIND", parser=_kind, help=f"{', '.join(Plural.__members__)}."),
@@ -79,7 +80,6 @@ def _kind(text: str) -> Plural:
     return 0
 
 
-def show(
 def _summary(kind: Kind, name: str) -> str:
     """What a name stands for in a line, empty when its file does not say."""
     from gaitlab.documents import load
@@ -95,6 +95,7 @@ def _summary(kind: Kind, name: str) -> str:
     return " ".join(str(described.value).split()) if described else ""
 
 
+def show(
     name: Annotated[
         str,
         typer.Argument(
@@ -131,16 +132,16 @@ def _summary(kind: Kind, name: str) -> str:
 def _kind_of_file(name: str) -> Kind:
     """What a file defines: Python a robot or a gait, YAML is told by its keys."""
     from gaitlab.documents import load
-
     from gaitlab.parameters import parameter_table
     from gaitlab.servos import Servo
+
     path = Path(name)
     if path.suffix == ".py":
         is_robot = path.is_file() and "class Robot" in path.read_text(errors="replace")
         return "robot" if is_robot else "gait"
     keys = set(load(path).mapping)
-    if "type" in keys:
-        return "surface"
+    if "type" in keys or "frames" in keys:
+        return "surface" if "type" in keys else "motion"
     return "servo" if keys & set(parameter_table(Servo)) else "experiment"
 
 
@@ -161,7 +162,19 @@ def _described(kind: Kind, name: str) -> str:
 
         servo = load_servo(name)
         return f"{head}\n{_parameters_text(type(servo), servo, _sources(kind, name))}"
+    if kind == "motion":
+        return f"{head}\n{_motion_text(name)}"
     return f"{head}\n{_metric_text(name) if kind == 'metric' else _experiment_text(name)}"
+
+
+def _motion_text(name: str) -> str:
+    """What a motion is, how long it lasts and what it moves."""
+    from gaitlab.motions import Track, load_motion
+
+    motion = load_motion(name)
+    frames = ", ".join(frame.name for frame in motion.frames)
+    length = f"{len(motion.frames)} keyframes in {Track(motion=motion).duration:g} s: {frames}"
+    return "\n".join([motion.description, length, f"joints: {', '.join(motion.joints)}"])
 
 
 def _sources(kind: Kind, name: str) -> dict[str, str]:

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
+from gaitlab.commands import require_playable
 from gaitlab.documents import Node, build, check, checked
 from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
 from gaitlab.experiment.parts import SERVO_TYPE, Parts, Value, changed, servo_type, try_out
 from gaitlab.experiment.schema import Sections
 from gaitlab.parameters import parameter_table
-from gaitlab.plugins import blamed, label, load_class, names, suggestion
+from gaitlab.plugins import blamed, is_file_name, label, load_class, names, suggestion
 from gaitlab.servos import Servo
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
@@ -49,7 +50,8 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
         horizon=sections.horizon,
         spread=sections.spread,
     )
-    checked(sections.servo or sections.robot, lambda: parts.servos({}))
+    servos = checked(sections.servo or sections.robot, lambda: parts.servos({}))
+    checked(sections.gait, lambda: require_playable(parts.gait, parts.robot, servos))
     return parts
 
 
@@ -68,7 +70,7 @@ def _plugged(
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
     try:
-        made: Any = build(cls, _completed(cls, kind, node, varied))
+        made: Any = build(cls, _with_own_files(cls, _completed(cls, kind, node, varied)))
         checked(node, lambda: try_out(kind, made))
     except GaitlabError:
         raise
@@ -99,6 +101,19 @@ def _completed(cls: type, kind: str, node: Node, varied: Mapping[str, Node]) -> 
         if item.default is dataclasses.MISSING and f"{kind}.{path}" in varied
     }
     return node.replaced(**{p: n for p, n in lacking.items() if p not in node.mapping})
+
+
+def _with_own_files(cls: type, node: Node) -> Node:
+    """Files that parameters name, found from the file that names them."""
+    found = {
+        name: value.holding(Node(file=value.file, value=str(value.folder / str(value.value))))
+        for name, value in node.mapping.items()
+        if name in parameter_table(cls)
+        and parameter_table(cls)[name].unit == "file"
+        and isinstance(value.value, str)
+        and is_file_name(value.value)
+    }
+    return node.replaced(**found)
 
 
 def read_surfaces(sections: Sections) -> dict[str, Surface]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from gaitlab.body import Robot
+from gaitlab.commands import require_playable
 from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
 from gaitlab.motion import Gait, require_walk
@@ -135,7 +136,10 @@ class Parts:
             for surface in self.surfaces.values():
                 changed(surface, inner)
         else:
-            try_out(group, changed(getattr(self, group), inner))
+            made = changed(getattr(self, group), inner)
+            try_out(group, made)
+            if group == "gait":
+                require_playable(made, self.robot, self.servos({}))
 
     def base_values(self, path: str) -> list[Value]:
         """Values of a dotted path before it is varied; several if surfaces or servos differ."""
