@@ -1,0 +1,108 @@
+"""Gears between two flywheels in real Bullet, and a rig that holds what it says it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pytest
+
+from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Sole, Tree
+from gaitlab.engine import Engine
+from gaitlab.settings import EngineSettings, Spread
+from gaitlab.surfaces.files import load_surface
+from tests.ground.bench import LOCK, STILL
+
+POSE = np.zeros(2)
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """Two wheels on a beam, only the left one driven; as much of a robot as the engine asks."""
+
+    ratio: float = -1.0
+    gantry: Gantry = "none"
+    name: str = "wheels"
+    feet: tuple[str, str] = ("left_wheel", "right_wheel")
+    sole: Sole = Sole(length=0.1, width=0.1, heel=0.05, height=0.03, kind="studs")  # noqa: RUF009
+
+    @property
+    def couplings(self) -> tuple[Coupling, ...]:
+        return (Coupling("left_axle", "right_axle", self.ratio),)
+
+    @cached_property
+    def tree(self) -> Tree:
+        box = Box(size=(0.1, 0.3, 0.05), centre=(0.0, 0.0, 0.0))
+        beam = Link(name="beam", parent=None, origin=(0, 0, 0), joint=None, mass=2.0, box=box)
+        wheels = [
+            Link(
+                name=f"{side}_wheel",
+                parent="beam",
+                origin=(0.0, y, 0.0),
+                joint=Joint(name=f"{side}_axle", axis="y", lower=-3.0, upper=3.0, servo=servo),
+                mass=0.4,
+                box=Box(size=(0.1, 0.02, 0.1), centre=(0.0, 0.0, 0.0)),
+            )
+            for side, y, servo in (("left", 0.1, "mx_64"), ("right", -0.1, None))
+        ]
+        return Tree((beam, *wheels))
+
+    def joint_targets(self, feet: object) -> np.ndarray:
+        raise NotImplementedError
+
+    def hip_offset(self) -> float:
+        return 0.0
+
+
+def world(robot: Wheels, spread: Spread = STILL, height: float = 5.0) -> Engine:
+    """The wheels high above the floor, falling freely."""
+    return Engine(
+        robot, load_surface("hard_floor"), (LOCK,), pose=POSE, height=height,
+        settings=EngineSettings(dt=0.001), spread=spread, seed=1,
+    )  # fmt: skip
+
+
+def run(robot: Wheels, ticks: int, target: float, spread: Spread = STILL) -> np.ndarray:
+    """Positions of the joints of each tick. Shape (ticks, joints)."""
+    found = []
+    with world(robot, spread) as engine:
+        for _ in range(ticks):
+            engine.command(np.array([target, 0.0]))
+            engine.step()
+            found.append(engine.state().joints[0].copy())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("ratio", [-1.0, 1.0, 0.5, -2.0])
+def test_the_follower_turns_as_many_times_as_the_ratio_says(ratio: float) -> None:
+    turned = run(Wheels(ratio=ratio), 400, 0.8)
+    assert turned[-1, 0] == pytest.approx(0.8, abs=0.02)
+    np.testing.assert_allclose(turned[:, 1], ratio * turned[:, 0], atol=2e-3)
+
+
+def test_a_joint_without_a_servo_takes_no_servo_and_no_torque() -> None:
+    with world(Wheels()) as engine:
+        for _ in range(50):
+            engine.command(np.array([0.5, 99.0]))  # what is sent to a follower reaches no motor
+            engine.step()
+        assert engine.state().joints[2, 1] == 0.0
+
+
+@pytest.mark.parametrize(("gantry", "held"), [("level", True), ("planar", False)])
+def test_a_gantry_lets_the_trunk_fall_and_pitches_only_when_it_may(
+    gantry: Gantry, held: bool
+) -> None:
+    tilted = Spread(friction=0.0, servo_gain=0.0, tilt=0.1, position=0.01, terrain=0.0)
+    with world(Wheels(gantry=gantry), tilted) as engine:
+        first = engine.state()
+        for _ in range(300):
+            engine.command(np.array([0.8, 0.0]))
+            engine.step()
+        last = engine.state()
+    assert last.position[2] - first.position[2] == pytest.approx(-0.5 * 9.81 * 0.3**2, rel=0.01)
+    assert last.position[1] == pytest.approx(0.0, abs=1e-9)
+    pitch = last.joints[0, 2]
+    assert (abs(pitch) < 1e-4) == held
+    assert last.quaternion[1] == pytest.approx(np.sin(pitch / 2.0), abs=1e-6)
+    assert (last.quaternion[0], last.quaternion[2]) == (0.0, 0.0)
