@@ -229,7 +229,7 @@ MISTAKES = [
     ("./my_gait.py", "7", "2:14", "found 7"),
     ("{type: ./my_gait.py, step_height: 0.02}", "", "2:1", "found nothing; expected a name"),
     ("{type: ./my_gait.py, step_height: 0.02}", "[a]", "2:7", "found a list"),
-    ("{type: ./my_gait.py, ", "{", "2:7", "`type:` with one of: eros"),
+    ("{type: ./my_gait.py, ", "{", "2:7", "`type:` with one of: "),
     ("step_height", "step_heigth", "2:28", "did you mean 'step_height'? Known: step_length"),
     ("0.02}", "high}", "2:41", "found the text 'high'; allowed is a number from 0 to 0.2 m"),
     ("0.02}", "'1e-3'}", "2:41", "found the text '1e-3'"),

@@ -168,7 +168,7 @@ def _report(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportSetti
     varied = [path for axis in axes for path in axis.paths]
     node = tree.mapping.get("report", tree)
     known = {"rows": ["surface", *varied], "columns": ["surface", *varied], "variants": varied}
-    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*_table*.csv"))
+    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*.csv") if _of_cells(file))
     problems = [
         problem
         for key, allowed in {**known, "compare": tables}.items()
@@ -196,6 +196,12 @@ def _used_twice(node: Node, report: ReportSettings) -> list[Problem]:
             message = f"report.variants: found {path!r}, which is the rows or columns already"
             problems.append(variants.problem(f"{message}; leave it out"))
     return problems
+
+
+def _of_cells(table: Path) -> bool:
+    """Whether a published table says which cells were stable."""
+    with table.open(encoding="utf-8") as lines:
+        return "pedestal_1" in next(lines, "").split(",")
 
 
 def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:
