@@ -127,6 +127,16 @@ def test_reasons_are_told_once_with_a_trial_to_look_at(gaitlab, monkeypatch) -> 
     assert "FAILED" in shown.out.splitlines()[0]
 
 
+def test_a_run_that_is_stopped_at_once_says_how_to_go_on(gaitlab, monkeypatch) -> None:
+    def killed(*arguments: object, **options: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", killed)
+    done = gaitlab("run", EXPERIMENT, "-j", "0")
+    assert (done.code, done.out) == (130, "")
+    assert done.err.splitlines()[-1].endswith(f"Go on: gaitlab run {EXPERIMENT}")
+
+
 def test_status_takes_the_file_that_was_run(gaitlab) -> None:
     assert gaitlab("run", EXPERIMENT, "-j", "0").code == 0
     assert gaitlab("status", EXPERIMENT).out.splitlines()[1].split()[:3] == [

@@ -18,7 +18,7 @@ LINE_PERIOD = 10.0  # s between two plain lines
 
 def progress() -> Progress:
     """A bar if stderr is a terminal, else plain lines."""
-    return Bar() if sys.stderr.isatty() else Lines()
+    return Bar() if sys.stderr is not None and sys.stderr.isatty() else Lines()
 
 
 class Bar:

@@ -92,12 +92,16 @@ def run(
         return 0
     from gaitlab.cli.progress import progress
 
-    with other_output_on_stderr():
-        summary = dispatch(
-            wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress()
-        )
-    _tell_reasons(results, wanted.name, summary)
     again = _arguments(experiment, settings, seeds, store)
+    try:
+        with other_output_on_stderr():
+            summary = dispatch(
+                wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress()
+            )
+    except KeyboardInterrupt:
+        tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
+        return INTERRUPTED
+    _tell_reasons(results, wanted.name, summary)
     say(_summary_json(summary) if as_json else _summary_text(summary, again))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
 
