@@ -1,0 +1,13 @@
+"""`gaitlab` in a process of its own, with trials that are pretended."""
+
+from __future__ import annotations
+
+import sys
+
+if __name__ == "__main__":
+    import gaitlab.dispatch.sweep
+    from gaitlab.cli import run_command_line
+    from tests.reliability import sweeps
+
+    gaitlab.dispatch.sweep.simulated = sweeps.slow
+    sys.exit(run_command_line(sys.argv[1:]))
