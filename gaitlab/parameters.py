@@ -27,6 +27,8 @@ class Parameter:
         doc: Meaning, one line.
         source: Where the default comes from; starts with `assumption` or `reconstruction` when
             nobody published it.
+        late: Came when results were there already: at its default, which changes nothing, it
+            stays out of what a trial is called by.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Parameter:
     high: float | None
     doc: str
     source: str
+    late: bool = False
 
 
 def parameter(
@@ -47,10 +50,11 @@ def parameter(
     low: float | None = None,
     high: float | None = None,
     source: str = "",
+    late: bool = False,
 ) -> Any:
     """A dataclass field with unit, inclusive range [low, high], meaning and source."""
     metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "source": source}
-    return field(default=default, metadata=metadata)
+    return field(default=default, metadata={**metadata, "late": late})
 
 
 def parameters(cls: type, prefix: str = "") -> Iterator[Parameter]:

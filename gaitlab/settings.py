@@ -54,6 +54,15 @@ class Spread:
         source="assumption",
         doc="position gain of each servo is scaled by 1 + this x U(-1, 1)",
     )
+    servo_latency: float = parameter(
+        0.0,
+        unit="-",
+        low=0.0,
+        high=100.0,
+        source="assumption: all servos of a type are equally late",
+        doc="ticks; each servo's latency is moved by this x U(-1, 1), never below 0",
+        late=True,
+    )
     tilt: float = parameter(
         0.00873,
         unit="rad",

@@ -71,9 +71,13 @@ def plugin(kind: Literal["gait", "robot"], name: str, relative_to: Path | None =
 
 
 def values(owner: object) -> dict[str, Value]:
-    """Parameters of a dataclass by dotted path, each in its declared type."""
+    """Parameters of a dataclass by dotted path, each in its declared type.
+
+    A late parameter at its default is left out, so that older results keep their names.
+    """
     table = parameter_table(type(owner))
-    return {path: canonical(item, get_path(owner, path)) for path, item in table.items()}
+    given = {path: canonical(item, get_path(owner, path)) for path, item in table.items()}
+    return {k: v for k, v in given.items() if not (table[k].late and v == table[k].default)}
 
 
 def canonical(item: Parameter, value: Any) -> Value:

@@ -23,7 +23,7 @@ from gaitlab.engine.couplings import add_couplings
 from gaitlab.engine.gantry import Rig
 from gaitlab.engine.grass import PileUnderFeet, add_layer
 from gaitlab.randomness import randomness
-from gaitlab.servos.bank import ServoBank
+from gaitlab.servos.bank import ServoBank, unequally_late
 from gaitlab.servos.servo import Servo
 from gaitlab.settings import EngineSettings, Spread
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
@@ -95,6 +95,7 @@ class Engine:
         self._place(pose, height, spread)
         add_couplings(self._client, self._body, couplings_of(robot), found.joint)
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
+        servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
         self._servos = ServoBank(servos, gain, settings.dt, pose[self._driven])
         self._pile = self._grow(robot, surface, settings, spread)
         self._now: np.ndarray | None = None

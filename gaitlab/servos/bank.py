@@ -4,11 +4,28 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from gaitlab.servos.law import drive, servo_row
 from gaitlab.servos.servo import Servo
+
+
+def unequally_late(
+    servos: Sequence[Servo], spread: float, rng: np.random.Generator
+) -> Sequence[Servo]:
+    """Servos whose latencies, in ticks, are each moved by spread x U(-1, 1), never below 0.
+
+    Nothing is drawn for a spread of 0.
+    """
+    if spread == 0.0:
+        return servos
+    moved = spread * rng.uniform(-1.0, 1.0, len(servos))
+    return [
+        replace(servo, latency=max(0, round(servo.latency + float(ticks))))
+        for servo, ticks in zip(servos, moved, strict=True)
+    ]
 
 
 class ServoBank:
