@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 import shlex
@@ -189,8 +188,10 @@ def _standing_cells(standing: Mapping[Standing, int], retry_failed: bool) -> lis
 
 
 def _summary_json(summary: Summary) -> str:
-    counts = dataclasses.asdict(summary)
-    return json.dumps({**counts, "seconds": round(summary.seconds, 3)})
+    names = ("planned", "cached", "done", "infeasible", "failed", "newly_failed", "falls")
+    counts = {name: getattr(summary, name) for name in names}
+    rest = {"seconds": round(summary.seconds, 3), "interrupted": summary.interrupted}
+    return json.dumps({**counts, **rest})
 
 
 def _summary_text(summary: Summary, arguments: str) -> str:
