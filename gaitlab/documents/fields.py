@@ -227,8 +227,8 @@ def _problem(cls: type, root: Node, detail: ErrorDetails) -> Problem:
     path = _path(detail)
     node = _at(root, detail)
     if detail["type"] == "extra_forbidden":
-        parent, _, name = path.rpartition(".")
-        return unknown_key(cls, root, parent, name)
+        *parents, name = (part for part in detail["loc"] if isinstance(part, str))
+        return unknown_key(cls, root, ".".join(parents), name)  # the name may hold dots itself
     if detail["type"] == "missing":
         item = parameter_table(cls).get(path)
         wanted = f" ({item.doc}): {allowed(item)}" if item else ""
