@@ -5,7 +5,7 @@ All poses are batched over n instants. A link's frame is its joint's frame, as i
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple, Protocol, TypeAlias
@@ -151,6 +151,23 @@ def require_limits(limb: str, joints: Sequence[Joint], position: np.ndarray) -> 
         "hip_height"
     )
     raise Infeasible(limb=limb, tick=tick, reason=reason)
+
+
+def both_legs(targets: Callable[[int], np.ndarray]) -> list[np.ndarray]:
+    """What `targets` gives for the left leg, 0, and the right one, 1.
+
+    Raises:
+        Infeasible: Of both legs the one that fails first.
+    """
+    found, problems = [], []
+    for index in (0, 1):
+        try:
+            found.append(targets(index))
+        except Infeasible as problem:
+            problems.append(problem)
+    if problems:
+        raise min(problems, key=lambda problem: problem.tick)
+    return found
 
 
 def _angles(*angles: float) -> str:

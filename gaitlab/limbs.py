@@ -16,7 +16,16 @@ from gaitlab.body import ROUNDING, Joint
 from gaitlab.errors import Infeasible, WrongValue
 from gaitlab.kinematics.arm import ArmGeometry, hand_branches, hand_pose
 from gaitlab.kinematics.dh_arm import DhArm
-from gaitlab.kinematics.leg import Leg
+from gaitlab.kinematics.dynamixel import servo_counts
+from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.planar_leg import (
+    LegAngles,
+    angles_of,
+    ankle_position,
+    joints_of,
+    leg_angles,
+)
+from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 
 Side = Literal["left", "right"]
 
@@ -215,4 +224,50 @@ def short_arm_limb(geometry: ArmGeometry, joints: Sequence[Joint], side: Side) -
         forward=lambda position: hand_pose(geometry, position, side),
         inverse=inverse,
         turns=False,
+    )
+
+
+def planar_leg_limb(
+    geometry: LegGeometry, joints: Sequence[Joint], side: Side, directions: np.ndarray
+) -> Limb:
+    """A leg without hip yaw, its target as the Bioloid paper has it; the sole is level.
+
+    Args:
+        geometry: Lengths of the leg.
+        joints: Hip roll, hip pitch, knee, ankle pitch, ankle roll.
+        side: Which leg.
+        directions: 1 or -1, how each AX-12 is mounted. Shape (5,).
+    """
+    thigh, shank = geometry.thigh, geometry.shank
+    turned = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]])
+
+    def forward(position: np.ndarray) -> np.ndarray:
+        ankle = ankle_position(angles_of(position), thigh=thigh, shank=shank, coupling="spatial")
+        roll, *pitches, ankle_roll = position
+        sole = axis_rotation("x", roll) @ axis_rotation("y", sum(pitches))
+        return homogeneous(turned @ sole @ axis_rotation("x", ankle_roll) @ turned, ankle)
+
+    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
+        del heading  # A leg without hip yaw has none.
+        found = leg_angles(
+            target,
+            thigh=thigh,
+            shank=shank,
+            coupling="spatial",
+            ankle_law="flat",
+            limb=f"{side}_leg",
+        )
+        folded = 2.0 * np.arctan2(target[0], np.hypot(target[1], target[2])) - found.alpha
+        beta = -found.beta
+        backwards = LegAngles(folded, beta, beta - folded, found.theta, found.omega)
+        return np.stack([joints_of(found), joints_of(backwards)])
+
+    return Limb(
+        name=f"{side}_leg",
+        joints=tuple(joints),
+        target="the ankle's pitch axis from the hip's: x forward, y down, z to the robot's right",
+        forward=forward,
+        inverse=inverse,
+        turns=False,
+        counts=lambda position: servo_counts(position, directions),
     )

@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, radians
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -40,7 +40,14 @@ SWINGING = ((1, 0), (1, 0), (0, 1), (0, 1))  # left, right foot on the way to ea
 FRONT_RISE = 0.010 / 0.035  # -, Table 2: the front foot stands 1 cm higher at 3.5 cm ahead
 ROUNDING = 1e-9  # share of a control period
 
-_TABLE = "published: Table 2"
+
+def _table_2(default: float, low: float, high: float, doc: str) -> Any:
+    source = "published: Table 2"
+    return parameter(default, unit="m", low=low, high=high, doc=doc, source=source)
+
+
+def _length(default: float, doc: str, source: str) -> Any:
+    return parameter(default, unit="m", low=0.001, high=0.5, doc=doc, source=source)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,51 +58,18 @@ class Gait:
     stands with level trunk, leans, and walks one cycle.
     """
 
-    step_length: float = parameter(
-        0.035,
-        unit="m",
-        low=-0.08,
-        high=0.08,
-        doc="x of the front foot less x of the rear foot in a step",
-        source=_TABLE,
+    step_length: float = _table_2(0.035, -0.08, 0.08, "x of the front less the rear foot in a step")
+    step_height: float = _table_2(0.015, 0.0, 0.06, "y of stance less y of swing foot")
+    lateral_sway: float = _table_2(
+        0.010, -0.05, 0.05, "z of the hips over the stance foot in a lift"
     )
-    step_height: float = parameter(
-        0.015, unit="m", low=0.0, high=0.06, doc="y of stance less y of swing foot", source=_TABLE
-    )
-    lateral_sway: float = parameter(
-        0.010,
-        unit="m",
-        low=-0.05,
-        high=0.05,
-        doc="z by which the hips move over the stance foot in a lift",
-        source=_TABLE,
-    )
-    swing_shift: float = parameter(
-        0.025,
-        unit="m",
-        low=-0.05,
-        high=0.05,
-        doc="z of the swing foot in a lift, inwards",
-        source=_TABLE,
-    )
-    step_shift: float = parameter(
-        0.005, unit="m", low=-0.05, high=0.05, doc="z of both feet in a step", source=_TABLE
-    )
-    leg_drop: float = parameter(
-        0.115, unit="m", low=0.03, high=0.15, doc="y of a foot that stands", source=_TABLE
-    )
-    upright_x: float = parameter(
-        0.020, unit="m", low=-0.1, high=0.1, doc="x of both feet in upright", source=_TABLE
-    )
-    lift_x: float = parameter(
-        0.035, unit="m", low=-0.1, high=0.1, doc="x of the stance foot in a lift", source=_TABLE
-    )
-    swing_x: float = parameter(
-        0.030, unit="m", low=-0.1, high=0.1, doc="x of the swing foot in a lift", source=_TABLE
-    )
-    step_x: float = parameter(
-        0.0325, unit="m", low=-0.1, high=0.1, doc="mean x of both feet in a step", source=_TABLE
-    )
+    swing_shift: float = _table_2(0.025, -0.05, 0.05, "z of the swing foot in a lift, inwards")
+    step_shift: float = _table_2(0.005, -0.05, 0.05, "z of both feet in a step")
+    leg_drop: float = _table_2(0.115, 0.03, 0.15, "y of a foot that stands")
+    upright_x: float = _table_2(0.020, -0.1, 0.1, "x of both feet in upright")
+    lift_x: float = _table_2(0.035, -0.1, 0.1, "x of the stance foot in a lift")
+    swing_x: float = _table_2(0.030, -0.1, 0.1, "x of the swing foot in a lift")
+    step_x: float = _table_2(0.0325, -0.1, 0.1, "mean x of both feet in a step")
     ankle_law: AnkleLaw = parameter(
         "flat",
         unit="-",
@@ -171,14 +145,10 @@ class Gait:
     stand_time: float = parameter(
         1.0, unit="s", low=0.1, high=10.0, doc="standing before walking", source="assumption"
     )
-    thigh: float = parameter(0.075, unit="m", low=0.01, high=0.5, doc="L1", source="published")
-    shank: float = parameter(0.075, unit="m", low=0.01, high=0.5, doc="L2", source="published")
-    hip_spacing: float = parameter(
-        0.0385, unit="m", low=0.0, high=0.3, doc="hip off the centre plane", source="assumption"
-    )
-    ankle_height: float = parameter(
-        0.030, unit="m", low=0.01, high=0.2, doc="ankle over the sole", source="assumption"
-    )
+    thigh: float = _length(0.075, "L1", "published: 7.5 cm")
+    shank: float = _length(0.075, "L2", "published: 7.5 cm")
+    hip_spacing: float = _length(0.0385, "hip off the centre plane", "assumption")
+    ankle_height: float = _length(0.030, "ankle over the sole", "assumption")
 
     @property
     def hip_height(self) -> float:

@@ -12,19 +12,20 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from math import pi
+from functools import cached_property, partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Box, Link, Part, Sole, Tree, limb, require_limits
+from gaitlab.body import ROUNDING, Box, Link, Part, Sole, Tree, both_legs, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dynamixel import servo_counts
 from gaitlab.kinematics.five_joint_leg import FiveJointLeg
+from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
 from gaitlab.kinematics.leg import LegGeometry
+from gaitlab.limbs import Limb, head_limb, planar_leg_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
@@ -205,29 +206,34 @@ class Robot:
         Raises:
             Infeasible: If a sole is out of reach, is to be turned, or a joint is beyond its limit.
         """
-        legs, problems = [], []
-        for index, side in enumerate(SIDES):
-            try:
-                legs.append(self._leg_targets(feet, index, side))
-            except Infeasible as problem:
-                problems.append(problem)
-        if problems:
-            raise min(problems, key=lambda problem: problem.tick)
+        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
         held = np.tile(self.posture.joints(), (len(feet.position), 1))
         return np.concatenate([*legs, held], axis=1)
 
     def servo_counts(self, joints: np.ndarray) -> np.ndarray:
-        """Goal positions of the servos in counts, 512 at zero angle. Shape (..., 23).
-
-        Directions are not published; that the right pitch servos are turned over is assumed.
-        """
+        """Goal positions of the servos in counts, 512 at zero angle. Shape (..., 23)."""
         return servo_counts(joints, self.servo_directions)
 
     @cached_property
     def servo_directions(self) -> np.ndarray:
-        """1 or -1 for each joint in the order of the tree, an assumption. Shape (23,)."""
+        """1 or -1 for each joint: the right pitch servos are turned over, an assumption."""
         over = tuple(f"right_{joint}" for joint in MIRRORED)
         return np.array([-1 if joint.name in over else 1 for joint in self.tree.joints])
+
+    def limbs(self) -> Mapping[str, Limb]:
+        """Legs in the frame of [Setiyono], and the head."""
+        joints, body = self.tree.joints, self.upper_body
+        head = HeadGeometry(neck=body.neck, camera=body.head)
+        legs = [
+            planar_leg_limb(self.leg, joints[5 * k : 5 * k + 5], side, self._leg_directions[k])
+            for k, side in enumerate(SIDES)
+        ]
+        pose, pointing = partial(camera_pose, head), partial(pointing_joints, head)
+        return {each.name: each for each in (*legs, head_limb(pose, pointing, joints[-2:]))}
+
+    @property
+    def _leg_directions(self) -> np.ndarray:
+        return self.servo_directions[:10].reshape(2, 5)
 
     def leg_of(self, side: Side) -> FiveJointLeg:
         """Kinematics of a leg in the trunk's frame."""
@@ -325,7 +331,7 @@ def _turned_over(part: Part) -> Part:
 
 
 def _require_straight(heading: np.ndarray, side: Side) -> None:
-    turned = np.flatnonzero(np.abs(heading) > pi * 1e-9)
+    turned = np.flatnonzero(np.abs(heading) > ROUNDING)
     if len(turned):
         found = heading[turned[0]]
         reason = f"foot would have to turn by {found:.3f} rad, the leg has no hip yaw: allowed is 0"

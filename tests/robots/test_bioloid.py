@@ -152,3 +152,22 @@ def test_every_parameter_can_be_set_and_says_where_its_default_comes_from() -> N
         assert parameter.source.startswith(("assumption", "published")), parameter.name
         assert get_path(ROBOT, parameter.name) == parameter.default
         assert set_path(ROBOT, parameter.name, parameter.default) == ROBOT
+
+
+def test_a_leg_can_be_asked_in_the_paper_s_frame_forwards_and_backwards() -> None:
+    generator = np.random.default_rng(12)
+    for limb in (ROBOT.limbs()["left_leg"], ROBOT.limbs()["right_leg"]):
+        for target in generator.uniform([-0.03, 0.08, -0.03], [0.05, 0.12, 0.03], size=(200, 3)):
+            for joints in limb.inverse(target, 0.0):
+                pose = limb.forward(joints)
+                np.testing.assert_allclose(pose[:3, 3], target, atol=1e-12)
+                np.testing.assert_allclose(pose[:3, :3], np.eye(3), atol=1e-9)
+
+
+def test_a_leg_s_counts_follow_its_servos() -> None:
+    limb = ROBOT.limbs()["right_leg"]
+    joints = limb.inverse(np.array([0.02, 0.115, 0.0]), 0.0)[0]
+    all_joints = np.zeros(23)
+    all_joints[5:10] = joints
+    assert limb.counts is not None
+    assert limb.counts(joints).tolist() == ROBOT.servo_counts(all_joints)[5:10].tolist()
