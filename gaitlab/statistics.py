@@ -8,6 +8,7 @@ References:
         proportions or percentages, Psychometrika, 1947.
     Newcombe1998: Newcombe, Interval estimation for the difference between independent
         proportions: comparison of eleven methods, Statistics in Medicine, 1998.
+    Student1908: Student, The probable error of a mean, Biometrika, 1908.
     Wilson1927: Wilson, Probable inference, the law of succession, and statistical inference,
         Journal of the American Statistical Association, 1927.
 """
@@ -15,7 +16,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from math import hypot, nan
+from math import hypot, inf, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -65,6 +66,20 @@ def wilson(successes: int, n: int, confidence: float = 0.95) -> Interval:
         return Interval(0.0, 1.0)
     interval = binomtest(successes, n).proportion_ci(confidence, method="wilson")
     return Interval(float(interval.low), float(interval.high))
+
+
+def mean_interval(values: Sequence[float], confidence: float = 0.95) -> Interval:
+    """Interval of the mean of values that scatter normally, [Student1908].
+
+    All numbers when there are fewer than two values.
+    """
+    from scipy.stats import t
+
+    if len(values) < 2:
+        return Interval(-inf, inf)
+    mean, n = float(np.mean(values)), len(values)
+    reach = float(t.ppf(0.5 + confidence / 2.0, n - 1) * np.std(values, ddof=1) / sqrt(n))
+    return Interval(mean - reach, mean + reach)
 
 
 def difference_of_proportions(first: Count, second: Count, confidence: float = 0.95) -> Interval:

@@ -18,6 +18,7 @@ from gaitlab.statistics import (
     efficiency,
     efficiency_interval,
     mcnemar,
+    mean_interval,
     mean_share_interval,
     stability_percent,
     stable_cell,
@@ -190,3 +191,22 @@ def test_mean_share_interval_covers_the_truth_about_as_often_as_it_says():
         hits += low <= truth.mean() <= high
     # 95 % of 200 is 190; 4 standard deviations of the count are 12.
     assert 178 <= hits <= 200
+
+
+def test_mean_interval_of_two_values_by_hand():
+    # Two values d apart: the deviation is d / sqrt(2), over sqrt(2) it is d / 2; t is 12.706.
+    low, high = mean_interval([1.0, 2.0])
+    assert (low, high) == pytest.approx((1.5 - 12.7062 / 2.0, 1.5 + 12.7062 / 2.0), abs=1e-4)
+
+
+@given(st.lists(st.floats(-100.0, 100.0), min_size=2, max_size=20), st.floats(-50.0, 50.0))
+def test_mean_interval_moves_with_its_values_and_holds_their_mean(values, shift):
+    low, high = mean_interval(values)
+    assert low <= np.mean(values) + 1e-9
+    assert high >= np.mean(values) - 1e-9
+    moved = mean_interval([value + shift for value in values])
+    assert moved == pytest.approx((low + shift, high + shift), abs=1e-6)
+
+
+def test_one_value_tells_nothing_of_its_mean():
+    assert mean_interval([3.0]) == (-np.inf, np.inf)

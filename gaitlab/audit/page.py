@@ -134,7 +134,8 @@ def _lines(page: Page, pictures: str) -> Iterator[str]:
     for table in page.tables:
         yield from _table(table)
     for picture in page.pictures:
-        yield from ("", f"![{picture.caption}]({pictures}/{picture.name}.svg)", "")
+        what = picture.caption.partition(":")[0]
+        yield from ("", f"![{what}]({pictures}/{picture.name}.svg)", "")
         yield picture.caption
     if page.errata:
         yield from ("", "## Wrong in print", "", "| where | printed | correct | effect |")
