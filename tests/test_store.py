@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -172,6 +174,72 @@ def test_wrong_sql_is_a_usage_error(store: Store, sql: str) -> None:
         store.query(sql)
 
 
+@pytest.fixture
+def tabulated(store: Store, monkeypatch: pytest.MonkeyPatch) -> Store:
+    """A store that counts as large and has its table beside it."""
+    monkeypatch.setattr("gaitlab.store.store.TABLE_FROM", 0)
+    commit(store, 0, 1, 2)
+    store.commit(recorded.record(3, "INFEASIBLE"), None)
+    store.register(recorded.experiment(), recorded.planned(range(4)))
+    store.compact()
+    store.tabulate()
+    return store
+
+
+SQL = "SELECT * FROM trials ORDER BY trial_id"
+
+
+def test_a_query_answers_the_same_from_the_table_beside_a_store(tabulated: Store) -> None:
+    from_file = tabulated.query(SQL)
+    assert tabulated._table_file.fresh
+    tabulated._table_file.remove()
+    gathered = tabulated.query(SQL)
+    assert from_file.equals(gathered)
+    assert from_file.dtypes.equals(gathered.dtypes)
+
+
+@pytest.mark.parametrize("change", ["commit", "remove", "list", "flip"])
+def test_a_table_of_another_state_of_the_store_is_not_used(tabulated: Store, change: str) -> None:
+    if change == "commit":
+        commit(tabulated, 7)
+    elif change == "remove":
+        tabulated.file(recorded.trial_id(0)).unlink()
+    elif change == "list":
+        tabulated.register(recorded.experiment("more"), recorded.planned(range(2)))
+    else:
+        content = bytearray(tabulated._table_file.path.read_bytes())
+        content[len(content) // 2] ^= 1
+        tabulated._table_file.path.write_bytes(content)
+    assert not tabulated._table_file.fresh
+    count = {"commit": 5, "remove": 3, "list": 6, "flip": 4}[change]
+    assert tabulated.query("SELECT count(*) AS n FROM trials")["n"].tolist() == [count]
+
+
+def test_the_table_goes_along_with_a_copy_of_the_store(tabulated: Store, tmp_path: Path) -> None:
+    shutil.copytree(tabulated.path, tmp_path / "copy", copy_function=shutil.copyfile)
+    copy = Store(tmp_path / "copy")
+    assert copy._table_file.fresh
+    assert copy.query(SQL).equals(tabulated.query(SQL))
+
+
+def test_compacting_a_store_in_order_writes_nothing(store: Store) -> None:
+    commit(store, 1, 2, 3)
+    store.compact()
+    before = (store.path / "index.jsonl").stat().st_mtime_ns
+    store.compact()
+    assert (store.path / "index.jsonl").stat().st_mtime_ns == before
+
+
+def test_a_store_that_is_replaced_while_it_is_held_is_noticed(store: Store, tmp_path: Path) -> None:
+    with store.lock() as held:
+        held.check()
+        store.path.rename(tmp_path / "away")
+        with pytest.raises(StoreError, match="vanished"):
+            held.check()
+        with store.lock(), pytest.raises(StoreError, match="vanished"):
+            held.check()
+
+
 HOLDER = """
 import sys
 from pathlib import Path
@@ -197,7 +265,8 @@ def hold(store: Store) -> subprocess.Popen[str]:
 def test_a_second_run_is_refused_by_name_and_readers_are_not(store: Store) -> None:
     commit(store, 1)
     with hold(store) as process:
-        with pytest.raises(StoreError, match=f"process {process.pid}, since"), store.lock():
+        named = f"host {re.escape(socket.gethostname())}, process {process.pid}, since 2"
+        with pytest.raises(StoreError, match=named), store.lock():
             pass
         assert len(store.states()) == 1
         process.communicate("")

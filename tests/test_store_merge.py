@@ -31,6 +31,10 @@ def trials(store: Store) -> dict[str, str]:
     return {trial_id: fingerprint(store.file(trial_id)) for trial_id in store.states()}
 
 
+def rows(store: Store) -> set[str]:
+    return {repr(row) for row in store.table().to_dict("records")}
+
+
 @settings(max_examples=15)
 @given(NUMBERS, NUMBERS)
 def test_the_union_holds_both_in_either_order_and_merging_again_changes_nothing(
@@ -46,9 +50,7 @@ def test_the_union_holds_both_in_either_order_and_merging_again_changes_nothing(
     assert set(one.states()) == {recorded.trial_id(number) for number in ours | theirs}
     indices = [(store.path / "index.jsonl").read_bytes() for store in (one, reverse)]
     assert indices[0] == indices[1]
-    assert one.table().sort_values(["experiment", "seed"]).equals(
-        reverse.table().sort_values(["experiment", "seed"])
-    ) or set(one.experiments()) == set(reverse.experiments())
+    assert rows(one) == rows(reverse)
     again = merge(one, other)
     assert (again.taken, again.shared, again.conflicts) == (0, len(theirs), ())
 
