@@ -39,10 +39,10 @@ class Gait:
         source=_TRIED,
     )
     step_height: float = parameter(
-        0.03, unit="m", low=0.0, high=0.3, doc="apex of the swing foot", source=_TRIED
+        0.04, unit="m", low=0.0, high=0.3, doc="apex of the swing foot", source=_TRIED
     )
     lateral_sway: float = parameter(
-        0.03,
+        0.025,
         unit="m",
         low=0.0,
         high=0.2,
@@ -50,19 +50,19 @@ class Gait:
         source=_TRIED,
     )
     hip_height: float = parameter(
-        0.50, unit="m", low=0.05, high=1.5, doc="hips over the soles", source=_TRIED
+        0.487, unit="m", low=0.05, high=1.5, doc="hips over the soles", source=_TRIED
     )
     step_width: float = parameter(
         0.17, unit="m", low=0.0, high=0.8, doc="between the feet", source="assumption: as the hips"
     )
     com_offset: float = parameter(
-        0.0, unit="m", low=-0.2, high=0.2, doc="hips ahead of the ankles", source=_TRIED
+        0.015, unit="m", low=-0.2, high=0.2, doc="hips ahead of the ankles", source=_TRIED
     )
     gait_period: float = parameter(
-        0.8, unit="s", low=0.2, high=10.0, doc="a full cycle of two steps", source=_TRIED
+        0.75, unit="s", low=0.2, high=10.0, doc="a full cycle of two steps", source=_TRIED
     )
     double_support_ratio: float = parameter(
-        0.2,
+        0.38,
         unit="-",
         low=0.0,
         high=0.9,
