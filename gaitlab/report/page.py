@@ -23,6 +23,7 @@ from gaitlab.report.markdown import escape, fenced, image, section
 from gaitlab.report.pitch import pitch_caption, pitch_figure, pitch_panels, telling_cell
 from gaitlab.report.provenance import Part, facts_table, part_tables
 from gaitlab.report.results import Results
+from gaitlab.report.rig import gantry_note
 from gaitlab.report.sentences import sentences
 from gaitlab.report.strip import strip_blocks
 from gaitlab.report.walks import BESIDE_WALKS, walks_table
@@ -55,6 +56,7 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
         _completeness(results),
         f"Stable cells, {seeds_text(results)}:",
         headline(results),
+        gantry_note(sources.parts),
         runs_table(results),
         HOW_TO_READ,
         PAPER_ROWS if compared_tables(results) else "",

@@ -13,9 +13,9 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ import numpy as np
 from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Sole, Tree, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles, within_reach
+from gaitlab.limbs import Limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
@@ -116,6 +117,45 @@ class Robot:
                 inertia=(IDLER_INERTIA,) * 3 if name == "idler" else None,
             )
             parent = link
+
+    def limbs(self) -> Mapping[str, Limb]:
+        """Both legs as chains of their two motors; idler and ankle follow."""
+        chain = {joint.name: joint for joint in self.tree.joints if joint.servo is not None}
+        legs = (
+            Limb(
+                name=f"{side}_leg",
+                joints=(chain[f"{side}_hip"], chain[f"{side}_knee"]),
+                target="the point of the sole below the ankle, from the hip axis: x forward, z up, "
+                "y 0; the knee's angle is the shank's, from the downward vertical",
+                forward=self._sole_pose,
+                inverse=partial(self._branches, f"{side}_leg"),
+                turns=False,
+            )
+            for side in SIDES
+        )
+        return {leg.name: leg for leg in legs}
+
+    def _sole_pose(self, angles: np.ndarray) -> np.ndarray:
+        """Pose of the sole, always parallel to the trunk. Shapes (2,) to (4, 4)."""
+        pose = np.eye(4)
+        pose[[0, 2], 3] = ankle_position(angles, self.segment) - [0.0, self.sole.height]
+        return pose
+
+    def _branches(self, limb: str, target: np.ndarray, _heading: float) -> np.ndarray:
+        """Thigh and shank with the knee forward, then backward. Shapes (3,) to (2, 2)."""
+        x, y, z = (float(value) for value in target)
+        ankle = np.array([x, z + self.sole.height])
+        if abs(y) > SAME:
+            reason = f"y is {y:g} m; the leg moves in the plane y = 0"
+            raise Infeasible(limb=limb, tick=0, reason=reason)
+        if not within_reach(ankle, self.segment):
+            reason = (
+                f"the ankle is {np.hypot(*ankle):.4f} m from the hip; the leg reaches "
+                f"{2.0 * self.segment:.4f} m"
+            )
+            raise Infeasible(limb=limb, tick=0, reason=reason)
+        thigh, shank = segment_angles(ankle, self.segment)
+        return np.array([[thigh, shank], [shank, thigh]])
 
     def joint_targets(self, feet: FeetPoses) -> np.ndarray:
         """Hip, idler, knee and ankle of both legs that put the feet there, in [rad].
