@@ -98,8 +98,9 @@ def gantry_table(store: Path) -> Table:
     """How many seeds stay up with and without the gantry, and when the others fall."""
     found, planned = trials(store, GANTRY), plan(load_experiment(GANTRY)).size
     text = (
-        "Straight legs; seeds that stayed up with a 95 % Wilson interval [Wilson1927], median time "
-        f"to the fall; {len(found)} of {planned} planned trials are in the store."
+        "Straight legs; seeds that stayed up with a 95 % Wilson interval, median time from the end "
+        f"of the starting stride to the fall; {len(found)} of {planned} planned trials are in the "
+        "store."
     )
     if found.empty:
         text = f"Not simulated yet: `gaitlab run {GANTRY}`."

@@ -30,7 +30,7 @@ def stick_figure(strides: Mapping[str, Postures]) -> Figure:
     """Both legs at one instant after another with the hips' path, one panel a stride."""
     with style():
         figure = new_figure(height=3.6)
-        axes = figure.subplots(1, len(strides), sharey=True, squeeze=False)[0]
+        axes = figure.subplots(1, len(strides), sharex=True, sharey=True, squeeze=False)[0]
         for axis, (name, postures) in zip(axes, strides.items(), strict=True):
             _sticks(axis, postures)
             axis.set_title(name)

@@ -146,11 +146,11 @@ class Robot:
         x, y, z = (float(value) for value in target)
         ankle = np.array([x, z + self.sole.height])
         if abs(y) > SAME:
-            reason = f"y is {y:g} m; the leg moves in the plane y = 0"
+            reason = f"y is {y:g} m, the leg moves in the plane y = 0"
             raise Infeasible(limb=limb, tick=0, reason=reason)
         if not within_reach(ankle, self.segment):
             reason = (
-                f"the ankle is {np.hypot(*ankle):.4f} m from the hip; the leg reaches "
+                f"the ankle is {np.hypot(*ankle):.4f} m from the hip, the leg reaches "
                 f"{2.0 * self.segment:.4f} m"
             )
             raise Infeasible(limb=limb, tick=0, reason=reason)

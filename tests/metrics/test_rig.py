@@ -10,6 +10,7 @@ from gaitlab.metrics import metric
 from gaitlab.metrics.absolute_work import absolute_work
 from gaitlab.metrics.coupling_residual import coupling_residual
 from gaitlab.metrics.energy import energy
+from gaitlab.metrics.on_gantry import on_gantry
 from gaitlab.metrics.peak_balancing_moment import peak_balancing_moment
 from gaitlab.metrics.peak_torque import peak_torque
 from gaitlab.metrics.rms_balancing_moment import rms_balancing_moment
@@ -57,6 +58,11 @@ def test_the_gantry_is_no_servo_but_has_a_moment() -> None:
         assert figure(log) == figure(plain)
     assert peak_balancing_moment(log) == pytest.approx(40.0, rel=1e-3)
     assert rms_balancing_moment(log) == pytest.approx(40.0 / sqrt(2.0), rel=1e-3)
+
+
+def test_every_result_declares_whether_the_robot_hung_on_a_gantry() -> None:
+    assert on_gantry(walk(BELTED)) is True
+    assert on_gantry(walk()) is False
 
 
 def test_braking_counts_as_driving_in_absolute_work_only() -> None:

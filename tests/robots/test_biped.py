@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitlab.body import Joint, couplings_of, gantry_of
 from gaitlab.body import Robot as RobotProtocol
-from gaitlab.body import couplings_of, gantry_of
 from gaitlab.commands import joint_commands
-from gaitlab.errors import Infeasible
+from gaitlab.errors import Infeasible, WrongValue
 from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position
+from gaitlab.limbs import branches, end_pose
 from gaitlab.log import TrialLog
 from gaitlab.metrics import metric
 from gaitlab.motion import Gait as GaitProtocol
@@ -26,7 +27,11 @@ from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Names, Trial, plugin
 from tests.trials import STILL
 
-ROBOT: RobotProtocol = Robot()
+ROBOT = Robot()
+PROTOCOL: RobotProtocol = ROBOT
+FREE = tuple(
+    Joint(name=name, axis="-y", lower=-4.0, upper=4.0, servo=None) for name in ("hip", "knee")
+)
 QUICK = {"gait_period": 1.6, "stand_time": 0.2}  # s; keeps a walk in Bullet short
 
 
@@ -186,6 +191,31 @@ def test_bent_knees_keep_the_hips_level_in_bullet() -> None:
     assert log.fall_index is None
     assert np.ptp(log["trunk_z"][log.walking]) < 0.012
     assert figure("slip_ratio", log) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_leg_reaches_a_point_with_its_knee_on_either_side() -> None:
+    leg = ROBOT.limbs()["right_leg"]
+    assert [joint.name for joint in leg.joints] == ["right_hip", "right_knee"]
+    for target in np.random.default_rng(6).uniform([-0.2, 0.0, -0.6], [0.2, 0.0, -0.4], (50, 3)):
+        ways = branches(leg, target)
+        assert len(ways) == 2
+        for way in ways:
+            pose = end_pose(replace(leg, joints=FREE), way.joints)
+            np.testing.assert_allclose(pose[:3, 3], target, atol=1e-9)
+            np.testing.assert_array_equal(pose[:3, :3], np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ((0.0, 0.0, -0.7), r"0\.6500 m from the hip, the leg reaches 0\.6000 m"),
+        ((0.0, 0.1, -0.5), "moves in the plane y = 0"),
+        ((0.0, float("nan"), -0.5), "target"),
+    ],
+)
+def test_a_point_that_no_leg_reaches_is_refused_in_words(target: tuple, words: str) -> None:
+    with pytest.raises(WrongValue, match=words):
+        branches(ROBOT.limbs()["left_leg"], target)
 
 
 def test_every_parameter_says_where_its_default_comes_from() -> None:
