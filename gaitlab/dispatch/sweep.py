@@ -6,7 +6,7 @@ import shutil
 import signal
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -68,6 +68,7 @@ class _Sweep:
     progress: Progress
     summary: Summary = field(default_factory=Summary)
     start: float = field(default_factory=time.monotonic)
+    order: list[str] = field(default_factory=list)  # ids of the plan, each made only once
 
     def run(self, executor: Executor) -> Summary:
         """Run what is missing until it is done or somebody stops it."""
@@ -86,7 +87,7 @@ class _Sweep:
         self.progress.start(self.summary)
         self._warn_of_little_room(planned)
         try:
-            with closing(executor.run(_jobs(planned, todo))) as outcomes:
+            with closing(executor.run(_jobs(planned, self.order, todo))) as outcomes:
                 for outcome in outcomes:
                     self.held.check()
                     self._keep(outcome, todo)
@@ -102,7 +103,8 @@ class _Sweep:
         index, times = self.store.compact(), dict[str, float]()
         parts = basis(self.experiment)
         past = Past(parts, self.store.earlier(self.experiment.name))
-        listed = self.store.register(self.experiment, _timed(planned, times), parts)
+        trials = _timed(planned, times, self.order)
+        listed = self.store.register(self.experiment, trials, parts)
         standing = standings(index, past)
         stands = {wanted.trial_id: standing(wanted) for wanted in listed.trials}
         counts = Counter(stands.values())
@@ -157,20 +159,22 @@ def _executor(store: Store, jobs: int) -> Executor:
     return Processes(task, jobs) if jobs else Serial(task)
 
 
-def _timed(planned: Plan, times: dict[str, float]) -> Iterator[PlannedTrial]:
-    """The trials of a plan, noting by id how long each is if the robot stays up, in [s]."""
+def _timed(planned: Plan, times: dict[str, float], order: list[str]) -> Iterator[PlannedTrial]:
+    """The trials of a plan, noting their ids, and how long each is if the robot stays up in [s]."""
     for item in planned.trials():
+        order.append(item.trial.id)
         times[item.trial.id] = duration(item.trial.gait, item.trial.horizon)
         yield item
 
 
-def _jobs(planned: Plan, todo: Mapping[str, float]) -> Iterator[Job]:
+def _jobs(planned: Plan, order: Sequence[str], todo: Mapping[str, float]) -> Iterator[Job]:
     """The trials that are due, in the order of the plan, each once and only when asked for."""
-    given: set[str] = set()
-    for item in planned.trials():
-        trial_id = item.trial.id
-        if trial_id in todo and trial_id not in given:
-            given.add(trial_id)
+    left = set(todo)
+    for trial_id, item in zip(order, planned.trials(), strict=True):
+        if not left:
+            return
+        if trial_id in left:
+            left.remove(trial_id)
             timeout = TIMEOUT + TIMEOUT_RATIO * todo[trial_id]
             yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout)
 
