@@ -62,7 +62,8 @@ def effort_table(found: dict[str, pd.DataFrame]) -> Table:
     """Median and range of every figure, a column a way of walking."""
     text = (
         "The same robot, gantry, floor, speed and footholds; median [smallest, largest] over the "
-        "seeds, measured over three cycles after the start-up."
+        "seeds, measured over three cycles after the start-up. From the experiments "
+        f"`{STRAIGHT}` and `{BENT}`."
     )
     if not found:
         text = f"Not simulated yet: `gaitlab run {STRAIGHT}`, `gaitlab run {BENT}`."
