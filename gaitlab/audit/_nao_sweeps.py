@@ -128,6 +128,11 @@ class Setting:
         """Trials that stayed on their feet and covered the ground."""
         return sum(bool(trial["stable_strict"]) for trial in self.trials.values())
 
+    @property
+    def share(self) -> float:
+        """Share of the trials that walked."""
+        return self.walked / len(self.trials)
+
     def metric(self, name: str) -> dict[int, float]:
         """Finite values of a metric by seed."""
         found = {seed: float(str(trial[name])) for seed, trial in self.trials.items()}
@@ -229,8 +234,7 @@ def verdict(sweep: Sweep, found: Sequence[Setting]) -> str:
     better = sum(low > 0.0 for _, low, _ in differences)
     worse = sum(high < 0.0 for _, _, high in differences)
     supported = better == len(others)
-    most = max(s.walked / len(s.trials) for s in found)
-    stands = chosen.walked / len(chosen.trials) >= most
+    stands = chosen.share >= max(s.share for s in found)
     word = "supported" if supported and stands else "not supported"
     return (
         f"**{name}: {word}.** It walks in {' '.join(_walked(chosen)[:1])} trials "

@@ -88,7 +88,7 @@ class Picture:
     Attributes:
         name: Name of its file, without ending.
         caption: What it shows.
-        draw: Writes the files `name`.svg and `name`.png into a folder.
+        draw: Writes the file `name`.svg into a folder.
     """
 
     name: str

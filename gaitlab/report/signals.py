@@ -12,9 +12,7 @@ from gaitlab.report.figure_style import (
     BLUE,
     FAINT,
     VERMILLION,
-    FigureFiles,
     new_figure,
-    save,
     style,
 )
 
@@ -43,13 +41,13 @@ def write_signals(
     quantity: str,
     bounds: tuple[float, float],
     shown: tuple[float, float],
-) -> FigureFiles:
-    """Draw signals and save them as SVG and PNG.
+) -> Path:
+    """Draw signals and save them as SVG; the same signals give the same bytes.
 
     Args:
         signals: One a panel, from the top.
-        folder: Where the files go.
-        name: Their name, without ending.
+        folder: Where it goes.
+        name: Name of the file, without ending.
         title: Title of the figure.
         quantity: What is drawn, with its unit.
         bounds: Two levels that are marked in every panel.
@@ -69,4 +67,6 @@ def write_signals(
             axis.set_ylim(1.05 * shown[0], 1.05 * shown[1])
         axes[-1].set_xlabel("time since walking at full amplitude [s]")
         figure.suptitle(f"{title}: {quantity}", x=0.01, ha="left", fontsize=10.0, weight="bold")
-    return save(figure, folder, name)
+        file = folder / f"{name}.svg"
+        figure.savefig(file, metadata={"Date": None, "Creator": None})
+    return file
