@@ -1,8 +1,8 @@
 """Files are data: whatever stands in them, reading them runs no code and a mistake is exit 3.
 
 Every case is made by changing one thing in a right file so that it is wrong for sure; flipped bytes
-at the end may leave it right, so there exit 0 is allowed too. Motion, study and URDF files are not
-read from users yet, so there is nothing of them to break.
+at the end may leave it right, so there exit 0 is allowed too. Study and URDF files are not read
+from users yet, so there is nothing of them to break.
 """
 
 from __future__ import annotations
@@ -28,9 +28,24 @@ horizon: {cycles: 2, distance: 1.0, time: 3.0}
 engine: {dt: 0.002, solver_iterations: 50}
 spread: {friction: 0.1, tilt: 0.01}
 """
+DANCING = """\
+robot: bioloid
+gait: {type: keyframes, motion: ./dance.yaml}
+surfaces: [hard_floor]
+seeds: 1
+"""
 SHIPPED = Path(__file__).parent.parent.parent
 LAWN = (SHIPPED / "surfaces" / "grass_50mm.yaml").read_text()
+DANCE = (SHIPPED / "motions" / "bioloid_dance.yaml").read_text()
 MOTOR = (SHIPPED / "gaitlab" / "servos" / "mx_28.yaml").read_text()
+RIGHT = {
+    "walk.yaml": EXPERIMENT,
+    "lawn.yaml": LAWN,
+    "motor.yaml": MOTOR,
+    "dancing.yaml": DANCING,
+    "dance.yaml": DANCE,
+}
+DANCE_PASSAGES = ("tempo: 1.0", "frames:", "name: stand", "move_time: 1.6", "waist_yaw: 0.0")
 NUMBERS = ("0.03", "0.04", "[0.01, 0.02]", "cycles: 2", "1.0", "3.0", "0.002", "50}", "0.1,")
 JUNK = (
     "abc",
@@ -104,11 +119,24 @@ def surface_and_servo_values() -> Iterator[Case]:
                     yield file, f"{key}: {junk}", text.replace(line, f"{key}: {junk}", 1)
 
 
+def motion_values() -> Iterator[Case]:
+    for passage in DANCE_PASSAGES:
+        key, _, value = passage.partition(": ")
+        for junk in (*JUNK, "[1, 2, 3]") if value.replace(".", "").isdigit() else ():
+            yield "dance.yaml", f"{key}: {junk[:20]}", DANCE.replace(passage, f"{key}: {junk}", 1)
+        yield "dance.yaml", f"zz{passage}", DANCE.replace(passage, f"zz{passage}", 1)
+    for joint in ("knee_of_nobody", "left_knee.pitch", "''"):
+        changed = DANCE.replace("waist_yaw: 0.0", f"{joint}: 0.0", 1)
+        yield "dance.yaml", f"joint {joint}", changed
+    for angle in ("40.0", "-3.2"):
+        yield "dance.yaml", f"angle {angle}", DANCE.replace("waist_yaw: 0.0", f"waist_yaw: {angle}")
+
+
 def whole_files() -> Iterator[Case]:
     bomb = "a0: &a0 [x]\n" + "".join(
         f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 20)}]\n" for i in range(1, 8)
     )
-    for file in ("walk.yaml", "lawn.yaml", "motor.yaml"):
+    for file in ("walk.yaml", "lawn.yaml", "motor.yaml", "dance.yaml"):
         yield from (
             (file, name, content)
             for name, content in {
@@ -141,6 +169,7 @@ CASES = [
     *names_that_leave(),
     *keys_misspelt_or_twice(),
     *surface_and_servo_values(),
+    *motion_values(),
     *whole_files(),
 ]
 
@@ -151,7 +180,6 @@ def outcome(
 ) -> Callable[[Case], tuple[int, str]]:
     """Exit code and stderr of a run with one file changed; nothing may have run."""
     monkeypatch.chdir(tmp_path)
-    right: dict[str, str] = {"walk.yaml": EXPERIMENT, "lawn.yaml": LAWN, "motor.yaml": MOTOR}
 
     def ran(*arguments: object, **options: object) -> None:
         raise AssertionError("a trial was run")
@@ -159,11 +187,12 @@ def outcome(
     monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", ran)
 
     def run(case: Case) -> tuple[int, str]:
-        for name, content in {**right, case[0]: case[2]}.items():
+        for name, content in {**RIGHT, case[0]: case[2]}.items():
             path = tmp_path / name
             path.write_bytes(content if isinstance(content, bytes) else content.encode())
         dry = ["-n"] if case[1] == "flipped" else []
-        code = run_command_line(["run", "./walk.yaml", "-j", "0", *dry])
+        file = "./dancing.yaml" if case[0].startswith("danc") else "./walk.yaml"
+        code = run_command_line(["run", file, "-j", "0", *dry])
         assert not (tmp_path / "pwned").exists(), case
         assert not (tmp_path / "data").exists(), case
         return code, capfd.readouterr().err
@@ -173,11 +202,12 @@ def outcome(
 
 def test_there_are_at_least_300_malformed_files_of_every_kind() -> None:
     assert len(CASES) >= 300
-    assert {case[0] for case in CASES} == {"walk.yaml", "lawn.yaml", "motor.yaml"}
+    assert {case[0] for case in CASES} == {"walk.yaml", "lawn.yaml", "motor.yaml", "dance.yaml"}
 
 
 def test_the_unchanged_files_are_right(outcome: Callable[[Case], tuple[int, str]]) -> None:
-    assert outcome(("walk.yaml", "flipped", EXPERIMENT))[0] == 0
+    assert outcome(("walk.yaml", "flipped", EXPERIMENT)) == (0, "")
+    assert outcome(("dance.yaml", "flipped", DANCE)) == (0, "")
 
 
 def test_every_malformed_file_is_exit_3_with_a_message_and_no_run(
