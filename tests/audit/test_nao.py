@@ -19,6 +19,8 @@ from gaitlab.experiment import load_experiment
 from gaitlab.gaits.nao import Gait
 from gaitlab.plan import plan
 from gaitlab.robots.nao import Robot
+from gaitlab.run import run_trial
+from gaitlab.store import Store
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "nao.json").read_text())
 SHIPPED = Path(__file__).parents[2] / "experiments"
@@ -151,3 +153,21 @@ def test_every_erratum_says_how_much_it_matters() -> None:
     found = list(errata(final_gait(), Robot(), paper_leg(), 0.018))
     assert len(found) == 13
     assert all(one.where and one.printed and one.correct and one.effect for one in found)
+
+
+def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
+    """Five settings are really walked, one seed and one cycle each."""
+    tiny = ["horizon.cycles=1.0"]
+    experiment = load_experiment(SHIPPED / "nao_frontal_shift.yaml", settings=tiny, seeds=1)
+    store, planned = Store(tmp_path / "store"), list(plan(experiment).trials())
+    store.register(experiment, planned)
+    for item in planned:
+        run_trial(item.trial.id, item.trial.to_dict(), store.path)
+    page = audit(store.path)
+    shown = next(one for one in page.tables if one.title.startswith("Table 4"))
+    assert [row[0].split()[0] for row in shown.rows] == ["59", "57", "55", "53", "51"]
+    assert all(row[1].endswith("of 1") for row in shown.rows)
+    assert [picture.name for picture in page.pictures] == ["chart_3", "chart_4"]
+    for picture in page.pictures:
+        picture.draw(tmp_path, picture.name)
+        assert (tmp_path / f"{picture.name}.svg").read_text().count("<path") > 20
