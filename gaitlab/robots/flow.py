@@ -28,8 +28,10 @@ from gaitlab.body import Axis, Box, Coupling, Link, Part, Sole, Tree, limb, requ
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dh_arm import DhArm
 from gaitlab.kinematics.dh_head import DhHead
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.flow_geometry import FlowArm, FlowLeg, FlowTorso, metres
+from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.parallelogram import parallelogram_joints, plate_joints
+from gaitlab.legs_in_parallel import require_parallel
 from gaitlab.limbs import Limb, arm_limb, head_limb, leg_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
@@ -81,62 +83,23 @@ SERVOS: dict[str, dict[str, str | None]] = {
 }
 TREAD = 0.015  # m, thickness of the foot plate
 BONE = 0.050  # m, breadth of thigh, shank and arm
-_TALL = "assumption: the parts add up to the published 110 cm; equal leg links follow 2 d4 in print"
 _HERE: Vector = (0.0, 0.0, 0.0)
-
-
-def _length(default: float, doc: str, source: str = _TALL, low: float = 0.01) -> float:
-    value: float = parameter(default, unit="m", low=low, high=2.0, doc=doc, source=source)
-    return value
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlowLeg(LegGeometry):
-    """Lengths of the leg."""
-
-    hip_spacing: float = _length(0.085, "dy, pelvis centre plane to the hip", low=0.0)
-    hip_drop: float = _length(0.060, "dz1, pelvis origin down to the hip", low=0.0)
-    thigh: float = _length(0.230, "l1, hip to knee")
-    shank: float = _length(0.230, "l2, knee to ankle")
 
 
 @dataclass(frozen=True, kw_only=True)
 class FlowSole(Sole):
     """Sole of FLoW."""
 
-    length: float = _length(0.200, "sole along x of the foot")
-    width: float = _length(0.110, "sole along y of the foot")
-    heel: float = _length(0.085, "ankle axis to the heel edge", low=0.0)
-    height: float = _length(0.060, "dz6, ankle axis over the sole")
+    length: float = metres(0.200, "sole along x of the foot")
+    width: float = metres(0.110, "sole along y of the foot")
+    heel: float = metres(0.085, "ankle axis to the heel edge", low=0.0)
+    height: float = metres(0.060, "dz6, ankle axis over the sole")
     kind: Literal["flat", "studs"] = parameter(
         "flat",
         unit="-",
         doc="flat is a 4 x 3 grid of equal supports out to the edges, studs four corners",
         source="assumption: the paper does not describe the sole",
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlowArm:
-    """Lengths of the arm."""
-
-    spacing: float = _length(0.160, "body centre plane to the shoulder", low=0.0)
-    rise: float = _length(0.0, "d1, arm base up to the shoulder's centre", low=0.0)
-    upper_arm: float = _length(0.190, "d3, shoulder to elbow")
-    forearm: float = _length(0.210, "d5, elbow to the tip; with a wrist, the hand is part of it")
-    hand: float = _length(0.060, "d7, wrist to the tip, for an arm of 6 or 7 joints")
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlowTorso:
-    """Lengths above the pelvis origin."""
-
-    waist_height: float = _length(0.060, "pelvis origin to the waist")
-    shoulder_height: float = _length(0.250, "waist to the shoulder line")
-    neck_height: float = _length(0.040, "shoulder line to the neck base", low=0.0)
-    neck: float = _length(0.050, "d, neck base to the tilt axis", low=0.0)
-    eyes: float = _length(0.070, "a, tilt axis to the eyes")
-    crown: float = _length(0.050, "eyes to the top of the head", low=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,7 +186,7 @@ class Robot:
             Infeasible: If a sole is out of reach, a leg joint beyond its limit, or a sole is to
                 pitch against the pelvis, which parallelograms do not allow.
         """
-        self._require_parallel(feet)
+        require_parallel(feet)
         legs, problems = [], []
         for index, side in enumerate(SIDES):
             try:
@@ -278,22 +241,6 @@ class Robot:
         limits = self.tree.joints[count * index : count * (index + 1)]
         require_limits(f"{side}_leg", limits, joints)
         return joints
-
-    def _require_parallel(self, feet: FeetPoses) -> None:
-        """Refuse a sole that is not parallel to the pelvis."""
-        turned = {
-            "trunk_pitch": np.abs(feet.trunk_pitch)[:, None] * np.ones((1, 2)),
-            "ankle_pitch": np.abs(feet.ankle_pitch),
-            "knee_only": np.abs(feet.knee_only),
-        }
-        for name, amount in turned.items():
-            if np.any(amount > 0.0):
-                tick, foot = (int(i) for i in np.argwhere(amount > 0.0)[0])
-                reason = (
-                    f"the gait asks for {name} {amount[tick, foot]:.4f}; parallelograms keep the "
-                    "sole parallel to the pelvis, so it must be 0"
-                )
-                raise Infeasible(limb=f"{SIDES[foot]}_leg", tick=tick, reason=reason)
 
     def _held(self) -> tuple[float, ...]:
         """Waist, arms and head while the legs walk; turns of the right arm mirror."""
