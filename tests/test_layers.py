@@ -11,7 +11,7 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
     "errors plugins randomness parameters documents kinematics provenance statistics reference",
-    "motion settings log sensing body legs_in_parallel limbs commands motions urdf fall surfaces servos",
+    "motion settings log sensing body soles limbs commands motions urdf fall surfaces servos",
     "gaits robots metrics",
     "trial experiment plan engine store",
     "simulate report audit",

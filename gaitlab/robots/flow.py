@@ -31,10 +31,10 @@ from gaitlab.kinematics.dh_head import DhHead
 from gaitlab.kinematics.flow_geometry import FlowArm, FlowLeg, FlowTorso, metres
 from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.parallelogram import parallelogram_joints, plate_joints
-from gaitlab.legs_in_parallel import require_parallel
 from gaitlab.limbs import Limb, arm_limb, head_limb, leg_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
+from gaitlab.soles import require_parallel
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
