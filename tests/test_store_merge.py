@@ -100,6 +100,16 @@ def test_lists_of_one_name_with_other_trials_are_both_kept(tmp_path: Path) -> No
     assert one.table(names[1])["seed"].tolist() == [2, 3]
 
 
+@pytest.mark.parametrize("ours", [{1}, {1, 2, 3}])
+def test_of_two_lists_of_which_one_holds_the_other_the_longer_stays(
+    tmp_path: Path, ours: set[int]
+) -> None:
+    one, other = filled(tmp_path / "one", ours), filled(tmp_path / "other", {1, 2})
+    assert merge(one, other).conflicts == ()
+    assert list(one.experiments()) == ["sweep"]
+    assert set(one.table("sweep")["seed"]) == ours | {1, 2}
+
+
 def test_a_store_does_not_merge_with_itself_or_with_a_folder_that_is_none(tmp_path: Path) -> None:
     one = filled(tmp_path / "one", {1})
     with pytest.raises(UsageError, match="same store"):

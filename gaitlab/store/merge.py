@@ -13,7 +13,7 @@ from typing import Literal
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.store.durable import unreachable, write_durably
 from gaitlab.store.fingerprint import fingerprint
-from gaitlab.store.lists import EARLIER, LIST, encode_list, read_list
+from gaitlab.store.lists import EARLIER, LIST, TrialList, encode_list, read_list
 from gaitlab.store.parquet import Unreadable, read_record
 from gaitlab.store.store import Store
 
@@ -134,7 +134,10 @@ def _lists(store: Store) -> list[Path]:
 
 
 def _take_list(into: Store, folder: Path) -> Iterator[str]:
-    """Take the list of an experiment, under another name if the name is taken; gives conflicts."""
+    """Take the list of an experiment, if ours does not hold all of it; gives conflicts.
+
+    Of two lists of which one holds the other, with fewer seeds for instance, the longer one stays.
+    """
     try:
         theirs = read_list(folder)
     except StoreError as error:
@@ -144,7 +147,11 @@ def _take_list(into: Store, folder: Path) -> Iterator[str]:
     if not (target / LIST).exists():
         _copy_list(folder, target)
         return
-    if (target / LIST).read_bytes() == (folder / LIST).read_bytes():
+    more, fewer = _ids(theirs) - _ids_in(target), _ids_in(target) - _ids(theirs)
+    if not more:
+        return
+    if not fewer:
+        _copy_list(folder, target)
         return
     digest = hashlib.sha256((folder / LIST).read_bytes()).hexdigest()[:DIGEST_LENGTH]
     name = f"{folder.name[: 99 - DIGEST_LENGTH]}+{digest}"
@@ -153,6 +160,18 @@ def _take_list(into: Store, folder: Path) -> Iterator[str]:
         _copy_list(folder, kept)
         write_durably(kept / LIST, encode_list(replace(theirs, experiment=name)))
     yield f"experiment {folder.name}: the two lists of trials differ; the other one is now {name}"
+
+
+def _ids(found: TrialList) -> set[str]:
+    return {listed.trial_id for listed in found.trials}
+
+
+def _ids_in(folder: Path) -> set[str]:
+    """What our own list holds; nothing if it is damaged."""
+    try:
+        return _ids(read_list(folder))
+    except StoreError:
+        return set()
 
 
 def _copy_list(folder: Path, target: Path) -> None:
