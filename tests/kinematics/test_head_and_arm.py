@@ -1,9 +1,10 @@
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from gaitlab.kinematics.arm import ArmGeometry, hand_pose
+from gaitlab.errors import Infeasible
+from gaitlab.kinematics.arm import ArmGeometry, hand_branches, hand_pose
 from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
 from gaitlab.kinematics.transforms import axis_rotation
 from tests.kinematics import golden
@@ -60,3 +61,29 @@ def test_arms_mirror_each_other_when_the_roll_does() -> None:
     left = hand_pose(ArmGeometry(), joints, "left")[:, :3, 3]
     right = hand_pose(ArmGeometry(), joints * [1.0, -1.0, 1.0], "right")[:, :3, 3]
     np.testing.assert_allclose(right, left * [1.0, -1.0, 1.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize(
+    "geometry",
+    [ArmGeometry(), ArmGeometry(upper_arm=0.018), ArmGeometry(upper_arm=0.12, forearm=0.08)],
+    ids=["eros", "equal drop and upper arm", "long upper arm"],
+)
+def test_every_branch_puts_the_hand_back_and_one_has_the_joints_it_came_from(
+    geometry: ArmGeometry, side: Literal["left", "right"]
+) -> None:
+    joints = np.random.default_rng(51).uniform([-3.1, -1.5, -2.4], [3.1, 1.5, 2.4], (10_000, 3))
+    point = hand_pose(geometry, joints, side)[:, :3, 3]
+    found = hand_branches(geometry, point, side)
+    there = np.isfinite(found).all(axis=-1)
+    again = hand_pose(geometry, np.nan_to_num(found), side)[..., :3, 3]
+    assert np.abs(again - point[:, None])[there].max() < 1e-9
+    apart = np.abs(np.angle(np.exp(1j * (found - joints[:, None])))).max(axis=-1)
+    nearest = np.where(there, apart, np.inf).min(axis=-1)
+    assert nearest.max() < 1e-5  # rad; near a double root digits are lost
+    assert np.median(nearest) < 1e-12
+
+
+def test_a_hand_out_of_reach_is_infeasible() -> None:
+    with pytest.raises(Infeasible, match=r"would have to be 0\.5000 m; the arm is 0\.2130 m"):
+        hand_branches(ArmGeometry(), np.array([0.5, 0.09, 0.0]), "left")
