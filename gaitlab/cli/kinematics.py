@@ -26,7 +26,7 @@ RobotName: TypeAlias = Annotated[
 LimbName: TypeAlias = Annotated[
     str, typer.Argument(metavar="LIMB", help="left_leg, right_leg, left_arm, right_arm or head.")
 ]
-More: TypeAlias = Annotated[list[str] | None, typer.Argument(metavar="", hidden=True)]
+More: TypeAlias = Annotated[list[str] | None, typer.Argument(metavar="NUMBER", hidden=True)]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
