@@ -8,17 +8,27 @@ import pytest
 from pybullet_utils.bullet_client import BulletClient
 
 from gaitlab.body import SUPPORT_RADIUS, LinkPoses
+from gaitlab.body import Robot as AnyRobot
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.parameters import set_path
 from gaitlab.robots.eros import Robot
+from gaitlab.robots.nao import Robot as Nao
 from gaitlab.urdf import box_inertia, urdf
 
-POSITION = 1e-6  # m and -, Bullet's joint angles are exact, its poses nearly so
+POSITION = 1e-6  # m, Bullet's joint angles are exact, its poses nearly so
+ROTATION = 2e-6  # -, of six turns that each leave a unit quaternion by some 1e-7
 
 
-@pytest.fixture(params=["flat", "studs"])
-def robot(request: pytest.FixtureRequest) -> Robot:
-    return set_path(Robot(), "sole.kind", request.param)
+ROBOTS = {
+    "flat": Robot(),
+    "studs": set_path(Robot(), "sole.kind", "studs"),
+    "slanted hips and soles off the ankle": Nao(),
+}
+
+
+@pytest.fixture(params=ROBOTS.values(), ids=ROBOTS.keys())
+def robot(request: pytest.FixtureRequest) -> AnyRobot:
+    return request.param
 
 
 @pytest.fixture
@@ -28,13 +38,13 @@ def client() -> Iterator[BulletClient]:
     client.disconnect()
 
 
-def load(client: BulletClient, robot: Robot, folder: Path) -> int:
+def load(client: BulletClient, robot: AnyRobot, folder: Path) -> int:
     file = folder / "robot.urdf"
     file.write_text(urdf(robot.tree, robot.sole, robot.feet))
     return client.loadURDF(str(file), flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
 
 
-def bullet_poses(client: BulletClient, body: int, robot: Robot) -> LinkPoses:
+def bullet_poses(client: BulletClient, body: int, robot: AnyRobot) -> LinkPoses:
     """Link frames of all links as Bullet has them, the trunk first."""
     offset = client.getDynamicsInfo(body, -1)[3:5]
     base = client.getBasePositionAndOrientation(body)
@@ -49,10 +59,11 @@ def bullet_poses(client: BulletClient, body: int, robot: Robot) -> LinkPoses:
 
 
 def test_loaded_masses_and_inertias_equal_the_trees(
-    client: BulletClient, robot: Robot, tmp_path: Path
+    client: BulletClient, robot: AnyRobot, tmp_path: Path
 ) -> None:
     body = load(client, robot, tmp_path)
-    names = {client.getJointInfo(body, k)[12].decode(): k for k in range(20)} | {"trunk": -1}
+    joints = len(robot.tree.joints)
+    names = {client.getJointInfo(body, k)[12].decode(): k for k in range(joints)} | {"trunk": -1}
     assert set(names) == {link.name for link in robot.tree.links}
     total = 0.0
     for link in robot.tree.links:
@@ -65,10 +76,10 @@ def test_loaded_masses_and_inertias_equal_the_trees(
 
 
 def test_loaded_link_poses_equal_the_trees(
-    client: BulletClient, robot: Robot, tmp_path: Path
+    client: BulletClient, robot: AnyRobot, tmp_path: Path
 ) -> None:
     body = load(client, robot, tmp_path)
-    joints = np.random.default_rng(12).uniform(-1.5, 1.5, size=(20, 20))
+    joints = np.random.default_rng(12).uniform(-1.5, 1.5, (20, len(robot.tree.joints)))
     for angles in joints:
         for k, angle in enumerate(angles):
             client.resetJointState(body, k, angle)
@@ -76,11 +87,11 @@ def test_loaded_link_poses_equal_the_trees(
         start = found.position[:, 0], found.rotation[:, 0]
         expected = robot.tree.poses(*start, angles[None])
         np.testing.assert_allclose(found.position, expected.position, atol=POSITION)
-        np.testing.assert_allclose(found.rotation, expected.rotation, atol=POSITION)
+        np.testing.assert_allclose(found.rotation, expected.rotation, atol=ROTATION)
 
 
 def test_loaded_joints_come_in_order_with_their_limits(
-    client: BulletClient, robot: Robot, tmp_path: Path
+    client: BulletClient, robot: AnyRobot, tmp_path: Path
 ) -> None:
     body = load(client, robot, tmp_path)
     for k, joint in enumerate(robot.tree.joints):
@@ -92,38 +103,40 @@ def test_loaded_joints_come_in_order_with_their_limits(
 
 
 def test_spheres_of_the_feet_touch_the_sole_at_its_supports(
-    client: BulletClient, robot: Robot, tmp_path: Path
+    client: BulletClient, robot: AnyRobot, tmp_path: Path
 ) -> None:
     body = load(client, robot, tmp_path)
-    for name in robot.feet:
+    for foot, name in enumerate(robot.feet):
         index = robot.tree.index(name) - 1
         shapes = client.getCollisionShapeData(body, index)
         centre_of_mass = np.array(client.getDynamicsInfo(body, index)[3])
         spheres = [shape for shape in shapes if shape[2] == pybullet.GEOM_SPHERE]
-        assert len(spheres) == len(shapes) == len(robot.sole.supports())
+        assert len(spheres) == len(shapes) == len(robot.sole.supports(foot))
         assert {shape[3][0] for shape in spheres} == {SUPPORT_RADIUS}
         lowest = np.array([shape[5] for shape in spheres]) + centre_of_mass
         lowest[:, 2] -= SUPPORT_RADIUS
-        np.testing.assert_allclose(lowest, robot.sole.supports(), atol=1e-12)
+        np.testing.assert_allclose(lowest, robot.sole.supports(foot), atol=1e-12)
 
 
 def test_only_feet_touch_a_plane_at_the_soles_height(
-    client: BulletClient, robot: Robot, tmp_path: Path
+    client: BulletClient, robot: AnyRobot, tmp_path: Path
 ) -> None:
     body = load(client, robot, tmp_path)
-    leg = robot.hip_offset() + robot.leg.thigh + robot.leg.shank + robot.sole.height
+    straight = robot.tree.poses(
+        np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, len(robot.tree.joints)))
+    )
+    feet = [robot.tree.index(name) for name in robot.feet]
+    leg = robot.sole.height - straight.position[0, feet[0], 2]
     offset = client.getDynamicsInfo(body, -1)[3]
     client.resetBasePositionAndOrientation(body, np.add(offset, [0.0, 0.0, leg]), (0, 0, 0, 1))
     plane = client.createCollisionShape(pybullet.GEOM_PLANE)
     client.createMultiBody(0.0, plane)
     client.performCollisionDetection()
     contacts = client.getContactPoints(body)
-    feet = {robot.tree.index(name) - 1 for name in robot.feet}
-    assert {contact[3] for contact in contacts} == feet
-    supports = robot.sole.supports()[:, :2]
-    for side, foot in zip((1.0, -1.0), sorted(feet), strict=True):
-        found = np.array([contact[5][:2] for contact in contacts if contact[3] == foot])
-        expected = supports + np.array([0.0, side * robot.leg.hip_spacing])
+    assert {contact[3] for contact in contacts} == {foot - 1 for foot in feet}
+    for side, foot in enumerate(feet):
+        found = np.array([contact[5][:2] for contact in contacts if contact[3] == foot - 1])
+        expected = (robot.sole.supports(side) + straight.position[0, foot])[:, :2]
         order, wanted = np.lexsort(found.round(5).T), np.lexsort(expected.round(5).T)
         np.testing.assert_allclose(found[order], expected[wanted], atol=1e-6)
     assert max(abs(contact[8]) for contact in contacts) < 1e-6
