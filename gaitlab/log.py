@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -135,7 +135,7 @@ class LogHeader:
     torque_limits: tuple[float, ...]
     fsr_positions: tuple[float, ...] = ()
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, Any]:
         """The header as JSON data, from which `LogHeader(**data)` rebuilds it."""
         data = asdict(self)
         # A robot without sensors has the header that it had before there were any.

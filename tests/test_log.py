@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 
-from gaitlab.log import TrialLog, columns
+from gaitlab.log import LogHeader, TrialLog, columns
 from tests.synthetic import DUTY, HEADER, fall, header, mirrored, walk
 
 STEP = HEADER.commanded_speed * HEADER.dt  # m, what the glider covers in a row
@@ -196,3 +196,14 @@ def test_a_robot_told_to_step_on_the_spot_cannot_stall():
 
 def test_header_fields_are_plain_values():
     assert all(type(value) in (float, int, tuple) for value in dataclasses.asdict(HEADER).values())
+
+
+def test_a_header_is_rebuilt_from_its_data_with_and_without_sensors():
+    sensed = header()
+    assert sensed.sensors is not None
+    assert sensed.sensors.shape == (2, 4, 2)
+    assert LogHeader(**sensed.to_dict()) == sensed
+    blind = header(fsr_positions=())
+    assert blind.sensors is None
+    assert "fsr_positions" not in blind.to_dict()
+    assert LogHeader(**blind.to_dict()) == blind
