@@ -74,7 +74,7 @@ class Plan:
 
     def trials(self) -> Iterator[PlannedTrial]:
         """Trials cell by cell, seeds in the order of the file."""
-        maker = _Maker(self.experiment.parts)
+        maker = _Maker(self.experiment)
         for cell in self.cells():
             shared = maker.shared(cell.values)
             for seed in self.experiment.seeds:
@@ -84,7 +84,7 @@ class Plan:
     @property
     def seconds(self) -> float:
         """Simulated seconds of a trial if the robot stays up, the mean over a sample of cells."""
-        maker = _Maker(self.experiment.parts)
+        maker = _Maker(self.experiment)
         every = max(1, self.cell_count // SAMPLED_CELLS)
         sample = [maker.shared(values) for values in self._spaced(every)]
         return sum(duration(part["gait"], part["horizon"]) for part in sample) / len(sample)
@@ -122,23 +122,25 @@ def duration(gait: Gait, horizon: Horizon) -> float:
 class _Maker:
     """Makes what the trials of a cell share, each part once however many cells want it."""
 
-    parts: Parts
+    experiment: Experiment
     made: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
     def shared(self, values: Mapping[str, Value]) -> dict[str, Any]:
         """Arguments of the trials of a cell, but for the seed."""
-        parts, name = self.parts, str(values["surface"])
+        parts, name = self.experiment.parts_of(values), str(values["surface"])
         robot = self._part("robot", parts.robot, values)
         return {
             "robot": robot,
             "gait": self._part("gait", parts.gait, values),
             "surface": self._part("surface", parts.surfaces[name], values, name),
-            "servos": self._servos(robot, values),
+            "servos": self._servos(parts, robot, values),
             "engine": self._part("engine", parts.engine, values),
             "horizon": self._part("horizon", parts.horizon, values),
             "spread": self._part("spread", parts.spread, values),
             "names": Names(
-                robot=label(parts.robot_code.name), gait=label(parts.gait_code.name), surface=name
+                robot=str(values.get("robot", label(parts.robot_code.name))),
+                gait=label(parts.gait_code.name),
+                surface=name,
             ),
             "robot_code": parts.robot_code,
             "gait_code": parts.gait_code,
@@ -146,17 +148,17 @@ class _Maker:
 
     def _part(self, group: str, owner: Any, values: Mapping[str, Value], name: str = "") -> Any:
         changes = _changes(group, values)
-        key = (group, name, *changes.items())
+        key = (group, name, values.get("robot"), *changes.items())
         if key not in self.made:
             self.made[key] = changed(owner, changes) if changes else owner
             try_out(group, self.made[key])
         return self.made[key]
 
-    def _servos(self, robot: Robot, values: Mapping[str, Value]) -> tuple[Servo, ...]:
+    def _servos(self, parts: Parts, robot: Robot, values: Mapping[str, Value]) -> tuple[Servo, ...]:
         changes = _changes("servo", values)
-        key = ("servo", *changes.items(), *_changes("robot", values).items())
+        key = ("servo", values.get("robot"), *changes.items(), *_changes("robot", values).items())
         if key not in self.made:
-            self.made[key] = self.parts.servos(changes, robot)
+            self.made[key] = parts.servos(changes, robot)
         servos: tuple[Servo, ...] = self.made[key]
         return servos
 

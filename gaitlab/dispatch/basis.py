@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 
 import gaitlab.trial
-from gaitlab.experiment import Experiment
+from gaitlab.experiment import Experiment, Parts
 from gaitlab.store import Listed, TrialList
 from gaitlab.trial import canonical_json, values
 
@@ -17,10 +17,13 @@ _SURFACE = "surface "  # start of a ground's name among the parts
 def basis(experiment: Experiment) -> dict[str, str]:
     """Digest of each part that an experiment starts from, without what it varies."""
     parts, varied = experiment.parts, frozenset(experiment.varied)
+    first, *others = [_walker(each, varied) for each in experiment.walkers.values() or [parts]]
     owners = {
-        "robot": [parts.robot_code.identity, _fixed("robot", parts.robot, varied)],
-        "gait": [parts.gait_code.identity, _fixed("gait", parts.gait, varied)],
-        "servo": [_fixed("servo", servo, varied) for servo in parts.servos({})],
+        # With several walkers each part stands for all of them, so one name may blame another's.
+        **{
+            name: [first[name], *(o[name] for o in others)] if others else first[name]
+            for name in first
+        },
         **{
             name: _fixed(name, getattr(parts, name), varied)
             for name in ("engine", "horizon", "spread")
@@ -32,6 +35,20 @@ def basis(experiment: Experiment) -> dict[str, str]:
     }
     digests = {name: _digest(content) for name, content in owners.items()}
     return {**digests, "physics version": str(gaitlab.trial.PHYSICS_VERSION)}
+
+
+def _shared(first: Mapping[str, object], others: Iterable[Mapping[str, object]]) -> dict[str, list]:
+    """Parts of several walkers, so that one name may blame another walker's."""
+    return {name: [first[name], *(other[name] for other in others)] for name in first}
+
+
+def _walker(parts: Parts, varied: frozenset[str]) -> dict[str, object]:
+    """What a robot with its gait brings along."""
+    return {
+        "robot": [parts.robot_code.identity, _fixed("robot", parts.robot, varied)],
+        "gait": [parts.gait_code.identity, _fixed("gait", parts.gait, varied)],
+        "servo": [_fixed("servo", servo, varied) for servo in parts.servos({})],
+    }
 
 
 class Past:

@@ -89,7 +89,8 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
     for item in planned.trials():
         cells.setdefault(item.cell_index, Counter())[standing(listed(item))] += 1
         values.setdefault(item.cell_index, item.values)
-    codes = (experiment.parts.robot_code, experiment.parts.gait_code)
+    walkers = experiment.walkers.values() or [experiment.parts]
+    codes = [code for parts in walkers for code in (parts.robot_code, parts.gait_code)]
     return Outlook(
         standings=[cells[index] for index in sorted(cells)],
         values=[values[index] for index in sorted(values)],

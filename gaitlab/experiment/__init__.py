@@ -7,6 +7,9 @@ SI units and radians throughout. Keys:
     include: bases/eros.yaml        a base file; where both have a value this file wins
     robot: eros                     a name, a file (./my_robot.py), or {type: eros, mass: 3.5}
     gait: {type: eros, step_height: 0.03}
+    walkers:                        several robots, instead of robot: and gait:
+      - {robot: nao, gait: nao}         each may have servo:, engine: and a name:
+      - {include: bases/bioloid.yaml}   robot, gait, servo, engine of a base file
     surfaces: [grass_50mm, ./our_field.yaml]
     surface: {toe_catch: 5.0}       set on every surface, which must have the parameter
     servo: {type: mx_28, supply: 11.1}   set on every servo; `type` replaces the robot's choice

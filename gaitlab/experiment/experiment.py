@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from gaitlab.documents import Node, build, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_parts
 from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
-from gaitlab.experiment.parts import Parts
-from gaitlab.experiment.reading import apply_setting, read_tree
+from gaitlab.experiment.parts import Parts, Value
+from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.plugins import PACKAGE, locate, suggestion
 from gaitlab.trial import canonical_json, values
 
+WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
 LARGEST_SEED = 2**63 - 1
@@ -35,7 +37,9 @@ class Experiment:
         path: File it was read from.
         text: The file as read; with `include` or settings, the file that they amount to.
         digest: SHA-256 of everything it resolves to, names and comments apart. 64 hex digits.
-        parts: Robot, gait, surfaces, servos and settings before anything is varied.
+        parts: Robot, gait, surfaces, servos and settings before anything is varied; with
+            walkers, the first one's.
+        walkers: The same of every walker by what it is called; empty unless the file lists them.
         axes: What is varied; axes multiply.
         seeds: Seeds of the replicates of every cell.
         log_every: Ticks between rows of the log.
@@ -49,10 +53,15 @@ class Experiment:
     text: str
     digest: str
     parts: Parts
+    walkers: Mapping[str, Parts]
     axes: tuple[Axis, ...]
     seeds: Sequence[int]
     log_every: int
     report: ReportSettings
+
+    def parts_of(self, values: Mapping[str, Value]) -> Parts:
+        """Parts that a cell of these values starts from."""
+        return self.walkers[str(values[WALKER])] if self.walkers else self.parts
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -99,10 +108,7 @@ def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
 
 
 def _experiment(path: Path, tree: Node, text: str) -> Experiment:
-    sections = build(Sections, tree, skip=())
-    columns = varied_columns(sections)
-    parts = read_parts(sections, first_values(columns))
-    axes = read_axes(sections, parts, columns)
+    (sections, parts, axes), walkers = _read(tree)
     seeds = _seeds(sections.seeds)
     name = sections.name or path.stem
     report = _report(tree, sections, axes)
@@ -113,13 +119,57 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
         description=sections.description,
         path=path,
         text=text,
-        digest=_digest(parts, axes, seeds, report),
+        digest=_digest(walkers or {"": parts}, axes, seeds, report),
         parts=parts,
+        walkers=walkers,
         axes=axes,
         seeds=seeds,
         log_every=sections.log.every,
         report=report,
     )
+
+
+class _Walk(NamedTuple):
+    """What one robot with its gait makes of the file."""
+
+    sections: Sections
+    parts: Parts
+    axes: tuple[Axis, ...]
+
+
+def _read(tree: Node) -> tuple[_Walk, dict[str, Parts]]:
+    """The file of the first walker, and the parts of all; they move along an axis of their own."""
+    trees = walker_trees(tree)
+    if not trees:
+        return _walk(tree), {}
+    found = _all_walks(trees)
+    first, *others = found.values()
+    if any(other.axes != first.axes for other in others):
+        message = "one_at_a_time: the walkers start from different values; put the paths under grid"
+        raise FileError([tree.mapping["walkers"].problem(message)])
+    axis = Axis(paths=(WALKER,), rows=tuple((label,) for label in found))
+    parts = {label: walk.parts for label, walk in found.items()}
+    return first._replace(axes=(axis, *first.axes)), parts
+
+
+def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
+    found: dict[str, _Walk] = {}
+    problems: list[Problem] = []
+    for label, tree in trees.items():
+        try:
+            found[label] = _walk(tree)
+        except FileError as error:
+            problems += error.problems
+    if problems:
+        raise FileError(list(dict.fromkeys(problems)))
+    return found
+
+
+def _walk(tree: Node) -> _Walk:
+    sections = build(Sections, tree, skip=())
+    columns = varied_columns(sections)
+    parts = read_parts(sections, first_values(columns))
+    return _Walk(sections, parts, read_axes(sections, parts, columns))
 
 
 def _check_name(tree: Node, name: str) -> None:
@@ -216,16 +266,31 @@ def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:
 
 
 def _digest(
-    parts: Parts, axes: Sequence[Axis], seeds: Sequence[int], report: ReportSettings
+    walkers: Mapping[str, Parts],
+    axes: Sequence[Axis],
+    seeds: Sequence[int],
+    report: ReportSettings,
 ) -> str:
+    parts, *others = walkers.values()
     content = {
-        "robot": [parts.robot_code.identity, values(parts.robot)],
-        "gait": [parts.gait_code.identity, values(parts.gait)],
+        **_walker_content(parts),
         "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],
-        "servos": [values(servo) for servo in parts.servos({})],
         "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
         "axes": [[axis.paths, axis.rows] for axis in axes],
         "seeds": len(seeds) if isinstance(seeds, range) else seeds,
         "report": values(replace(report, title="")),
+        **({"walkers": [_other_content(other) for other in others]} if others else {}),
     }
     return hashlib.sha256(canonical_json(content).encode()).hexdigest()
+
+
+def _walker_content(parts: Parts) -> dict[str, object]:
+    return {
+        "robot": [parts.robot_code.identity, values(parts.robot)],
+        "gait": [parts.gait_code.identity, values(parts.gait)],
+        "servos": [values(servo) for servo in parts.servos({})],
+    }
+
+
+def _other_content(parts: Parts) -> dict[str, object]:
+    return {**_walker_content(parts), "engine": values(parts.engine)}

@@ -159,7 +159,7 @@ class Parts:
         return list(dict.fromkeys(found))
 
     def servos(self, changes: Mapping[str, Value], robot: Robot | None = None) -> tuple[Servo, ...]:
-        """One servo a driven joint in the tree's order, with the experiment's and other settings."""
+        """One servo a driven joint in the tree's order, with the experiment's settings and others."""
         settings = {**self.servo, **changes}
         chosen = settings.pop("type", None)
         joints = (robot or self.robot).tree.joints

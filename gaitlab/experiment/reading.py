@@ -8,10 +8,14 @@ from pathlib import Path
 
 from gaitlab.documents import Node, load, merged, parse
 from gaitlab.errors import FileError, UsageError
+from gaitlab.plugins import label as label_of
+from gaitlab.plugins import suggestion
 
 PATH = re.compile(r"\w+(\.\w+)*")
 LONGEST_SHOWN = 200  # characters of a setting that a message quotes
 DEEPEST_INCLUDE = 8  # files
+HANDED_DOWN = ("robot", "gait", "servo", "engine")  # sections that belong to a walker
+WALKER_KEYS = ("name", "include", *HANDED_DOWN)
 TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
 OWN = ("name", "title", "description")  # keys that a base file does not hand down
@@ -95,6 +99,55 @@ def _changes_type(base: Node, child: Node, name: str) -> bool:
     if old is None or new is None or "type" not in new.mapping or "type" not in old.mapping:
         return False
     return old.mapping["type"].value != new.mapping["type"].value
+
+
+def walker_trees(tree: Node) -> dict[str, Node]:
+    """The experiment of each walker by what it is called; empty when the file lists none.
+
+    Raises:
+        FileError: If a walker is no mapping of robot, gait and servo, or two are called alike.
+    """
+    node = tree.mapping.get("walkers")
+    if node is None:
+        return {}
+    problems = [
+        tree.keys[key].problem(f"{key}: the walkers have their own; move it to each of them")
+        for key in ("robot", "gait")
+        if key in tree.mapping
+    ]
+    if not node.items:
+        message = f"walkers: found {node.found()}; expected a list of {{robot: ..., gait: ...}}"
+        problems.append(node.problem(message))
+    if problems:
+        raise FileError(problems)
+    shared, found = tree.without("walkers"), {}
+    for item in node.items:
+        label, walker = _walker(item)
+        if label in found:
+            message = f"walkers: {label!r} is there already; give one of them a `name`"
+            raise FileError([item.problem(message)])
+        found[label] = merged(shared, walker)
+    return found
+
+
+def _walker(item: Node) -> tuple[str, Node]:
+    """What a walker is called, and its own sections on top of the file it includes."""
+    unknown = [key for key in item.mapping if key not in WALKER_KEYS]
+    if unknown or not item.mapping:
+        place = item.keys[unknown[0]] if unknown else item
+        what = f"unknown key {unknown[0]!r}" if unknown else f"found {item.found()}"
+        hint = suggestion(unknown[0] if unknown else "", WALKER_KEYS)
+        raise FileError([place.problem(f"walkers: {what}{hint}")])
+    own, include = _with_types(item.without("name", "include")), item.mapping.get("include")
+    if include is not None:
+        base, _ = _read(*_included(item.file, include, (item.file.resolve(),)))
+        own = _on_base(base.without(*(key for key in base.mapping if key not in HANDED_DOWN)), own)
+    name = item.mapping.get("name") or own.mapping.get("robot", item).mapping.get("type", item)
+    if not isinstance(name.value, str):
+        raise FileError(
+            [name.problem("walkers: each has a `robot` and a `gait`, or includes them")]
+        )
+    return label_of(name.value), own
 
 
 def apply_setting(tree: Node, setting: str) -> Node:

@@ -54,6 +54,9 @@ class Sections:
     description: str = parameter("", unit="-", doc="a paragraph")
     robot: Node = parameter(unit="-", doc="name, or `type` and parameters")
     gait: Node = parameter(unit="-", doc="name, or `type` and parameters")
+    walkers: Node | None = parameter(
+        None, unit="-", doc="robots with their gaits, instead of `robot` and `gait`"
+    )
     surfaces: Node = parameter(unit="-", doc="list of names or files")
     surface: Node | None = parameter(None, unit="-", doc="parameters set on every surface")
     servo: Node | None = parameter(None, unit="-", doc="`type` and parameters for every servo")

@@ -109,6 +109,16 @@ def base_trial(experiment: Experiment) -> Trial:
     return next(plan(experiment).trials()).trial
 
 
+def base_trials(experiment: Experiment) -> list[Trial]:
+    """First trial of every walker, in the order of the file."""
+    if not experiment.walkers:
+        return [base_trial(experiment)]
+    first: dict[str, Trial] = {}
+    for item in plan(experiment).trials():
+        first.setdefault(str(item.values["robot"]), item.trial)
+    return list(first.values())
+
+
 def _base(experiment: Experiment) -> dict[str, Value]:
     """Values that an experiment does not vary, by dotted path."""
     trial = base_trial(experiment)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from gaitlab.experiment import Experiment
-from gaitlab.report.gather import base_trial
+from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
 from gaitlab.report.page import Sources
 from gaitlab.report.provenance import Part, common_values, ground_table, seeds_text
@@ -82,12 +82,15 @@ def _records(results: Results) -> Iterator[dict[str, object]]:
 
 def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part]:
     """Gait, robot, servos, grounds and settings of the first experiment, each once."""
-    trial = base_trial(experiments[0])
     varied = frozenset(_varied(experiments, results))
-    yield Part(title=f"gait {trial.names.gait}", path="gait", value=trial.gait, varied=varied)
-    yield Part(title=f"robot {trial.names.robot}", path="robot", value=trial.robot, varied=varied)
-    for name, servo in _servos(trial).items():
-        yield Part(title=f"servo {name}", path="servo", value=servo, varied=varied)
+    for trial in base_trials(experiments[0]):
+        names = trial.names
+        of = f" of {names.robot}" if experiments[0].walkers else ""
+        yield Part(title=f"gait {names.gait}{of}", path="gait", value=trial.gait, varied=varied)
+        yield Part(title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied)
+        for name, servo in _servos(trial).items():
+            yield Part(title=f"servo {name}{of}", path="servo", value=servo, varied=varied)
+    trial = base_trial(experiments[0])
     for path in ("horizon", "spread", "engine"):
         yield Part(title=path, path=path, value=getattr(trial, path), varied=varied)
 
