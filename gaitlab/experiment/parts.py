@@ -159,7 +159,7 @@ class Parts:
         return list(dict.fromkeys(found))
 
     def servos(self, changes: Mapping[str, Value], robot: Robot | None = None) -> tuple[Servo, ...]:
-        """One servo a driven joint in the tree's order, with the experiment's settings and others."""
+        """One servo a driven joint in the order of the tree, with all settings applied."""
         settings = {**self.servo, **changes}
         chosen = settings.pop("type", None)
         joints = (robot or self.robot).tree.joints
