@@ -169,7 +169,7 @@ def _table_2(robot: Robot) -> Comparison:
                 label = f"{row['FSR Name']} {name.lower()}"
                 lines.append(Row(label=label, printed=value, ours=float(back[k, axis])))
     return Comparison(
-        title="Table 2, force sensors: the ZMP of a load on one sensor alone",
+        title="Table 2, force sensors, used as printed: the ZMP of a load on one of them alone",
         unit="m",
         digits=5,
         rows=lines,
