@@ -143,7 +143,7 @@ def _drive(arguments: list[str], task: str, kill_at: int, errors: str) -> None:
 
 
 def _kill_before_step(last: int, store: str) -> None:
-    """SIGKILL before the n-th opening, renaming, removing, listing or syncing in the store."""
+    """SIGKILL before the n-th opening, writing, syncing, renaming and so on in the store."""
     left, sync = last, os.fsync
 
     def step(event: str = "open", arguments: tuple[object, ...] = (store,)) -> None:
@@ -157,8 +157,13 @@ def _kill_before_step(last: int, store: str) -> None:
         step()
         sync(descriptor)
 
+    def called(frame: object, event: str, function: Any) -> None:
+        if event == "c_call" and function.__name__ == "write":
+            step("open", (getattr(function.__self__, "name", ""),))
+
     os.fsync = synced
     sys.addaudithook(step)
+    sys.setprofile(called)
 
 
 if __name__ == "__main__":

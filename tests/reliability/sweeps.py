@@ -88,6 +88,13 @@ def eat() -> None:
         eaten.append(np.empty(EATEN, dtype=np.uint8))
 
 
+def stuck(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """Notes its process, and never ends."""
+    (store / f"stuck-{os.getpid()}").touch()
+    hang()
+    raise AssertionError
+
+
 DEEDS = {
     "work": lambda: None,
     "segfault": lambda: ctypes.string_at(0),
@@ -107,7 +114,7 @@ def misbehave(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
     return pretend(trial_id, trial, store)
 
 
-TASKS = {task.__name__: task for task in (pretend, slow, long, misbehave, simulated)}
+TASKS = {task.__name__: task for task in (pretend, slow, long, stuck, misbehave, simulated)}
 
 
 def run(store: Store, *settings: str, seeds: int = 1, jobs: int = 0) -> Summary:

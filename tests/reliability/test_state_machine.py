@@ -115,7 +115,7 @@ def test_the_table_is_the_plans_pure_function_whatever_happens() -> None:
     from hypothesis.stateful import run_state_machine_as_test
 
     chosen = settings(
-        max_examples=12, stateful_step_count=10, suppress_health_check=list(HealthCheck)
+        max_examples=10, stateful_step_count=9, suppress_health_check=list(HealthCheck)
     )
     with drivers() as DRIVERS:
         run_state_machine_as_test(Sweeps, settings=chosen)
