@@ -11,6 +11,7 @@ from gaitlab.body import SUPPORT_RADIUS, LinkPoses
 from gaitlab.body import Robot as AnyRobot
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.parameters import set_path
+from gaitlab.robots.bioloid import Robot as Bioloid
 from gaitlab.robots.eros import Robot
 from gaitlab.robots.nao import Robot as Nao
 from gaitlab.urdf import box_inertia, urdf
@@ -23,6 +24,7 @@ ROBOTS = {
     "flat": Robot(),
     "studs": set_path(Robot(), "sole.kind", "studs"),
     "slanted hips and soles off the ankle": Nao(),
+    "no hip yaw and a waist": Bioloid(),
 }
 
 

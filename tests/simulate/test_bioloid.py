@@ -1,0 +1,28 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitlab.experiment import load_experiment
+from gaitlab.plan import plan
+from gaitlab.settings import Horizon
+from gaitlab.simulate import simulate
+
+
+@pytest.mark.parametrize("surface", ["hard_floor", "carpet_4mm"])
+def test_the_bioloid_walks_forward_with_the_shipped_constants(surface: str) -> None:
+    planned = plan(load_experiment("bioloid_walk")).trials()
+    trial = next(item.trial for item in planned if item.values["surface"] == surface)
+    log = simulate(replace(trial, horizon=Horizon(cycles=2)))
+    assert not np.any(log.arrays["fall_cause"])
+    start = round(log.header.startup_time / log.header.dt)
+    walked = log.arrays["trunk_x"][-1] - log.arrays["trunk_x"][start]
+    assert walked > trial.gait.step_length  # of four commanded, the rest slips away
+
+
+def test_the_printed_poses_tip_over_sideways_in_the_first_steps() -> None:
+    trial = next(iter(plan(load_experiment("bioloid_poses")).trials())).trial
+    log = simulate(trial)
+    assert log.arrays["fall_cause"][-1] != 0
+    assert log.arrays["time"][-1] < log.header.startup_time + log.header.gait_period
+    assert np.abs(log.arrays["roll"]).max() > np.abs(log.arrays["pitch"]).max()
