@@ -23,7 +23,7 @@ def targets(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Sole positions in [m] and headings in [rad] within reach."""
     generator = np.random.default_rng(7)
     spread = generator.uniform([-0.06, -0.04, -0.02], [0.06, 0.04, 0.03], size=(n, 3))
-    return LEG.hip + [0.0, 0.0, -0.21] + spread, generator.uniform(-0.5, 0.5, size=n)
+    return LEG.hip - np.array([0.0, 0.0, 0.21]) + spread, generator.uniform(-0.5, 0.5, size=n)
 
 
 def main() -> None:

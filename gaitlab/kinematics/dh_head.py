@@ -18,6 +18,7 @@ import numpy as np
 
 from gaitlab.kinematics.dh import Row, chain_pose
 
+
 @dataclass(frozen=True, kw_only=True)
 class DhHead:
     """Lengths of the chain, rows (pan, d, 0, -90 deg) and (tilt - 90 deg, 0, a, 0).
