@@ -24,7 +24,7 @@ WALK, POSES, COPIES, DANCE = "bioloid_walk", "bioloid_poses", "bioloid_robots", 
 LATENCY, SPREAD = "servo.latency", "spread.servo_latency"
 LAWS = ("gait.ankle_law", "gait.coupling", "gait.stance_omega_sign")
 FIGURES = (  # metric, title, factor to the unit shown, digits
-    ("time_to_fall", "falls after [s]", 1.0, 2),
+    ("time_to_fall", "falls at [s]", 1.0, 2),
     ("distance", "distance [m]", 1.0, 3),
     ("heading_drift", "turned by [deg]", float(np.degrees(1.0)), 1),
     ("roll_amplitude", "roll amplitude [deg]", float(np.degrees(1.0)), 1),
@@ -54,7 +54,8 @@ def _table(store: Path, experiment: str, title: str, paths: Sequence[str]) -> Ta
     found = trials(store, experiment)
     text = (
         f"`gaitlab run {experiment}`; stayed up with a 95 % Wilson interval [Wilson1927], medians "
-        "[smallest, largest] over the seeds."
+        "[smallest, largest] over the seeds. A time of a fall counts from the start of measured "
+        "walking; a negative one lies in the steps before."
     )
     if found.empty:
         text = f"Not simulated yet: `gaitlab run {experiment}`."
