@@ -83,10 +83,10 @@ def _outcome(trial: Mapping[str, Any]) -> _Outcome:
         return _Outcome("INFEASIBLE", str(error))
     except MemoryError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a user's own code may call sys.exit
         return _Outcome("FAILED", _reason(error))
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: BaseException) -> str:
     lines = "".join(traceback.format_exception(error)).splitlines()
     return "\n".join([f"{type(error).__name__}: {error}", *lines[-TRACEBACK_LINES:]])

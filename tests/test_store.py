@@ -174,6 +174,33 @@ def test_wrong_sql_is_a_usage_error(store: Store, sql: str) -> None:
         store.query(sql)
 
 
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "COPY (SELECT 1) TO '{folder}/made.csv'",
+        "ATTACH '{folder}/made.db'",
+        "EXPORT DATABASE '{folder}/made'",
+        "CREATE TABLE made AS SELECT 1",
+        "DROP VIEW trials",
+        "INSTALL httpfs",
+        "SET threads = 1",
+        "SELECT 1; SELECT 2",
+        "SELECT * FROM read_csv('{folder}/secret.csv')",
+        "SELECT * FROM '{folder}/secret.csv'",
+        "SELECT * FROM ticks JOIN read_csv('{folder}/secret.csv') ON true",
+    ],
+)
+def test_a_query_can_neither_write_nor_read_beyond_the_store(
+    store: Store, tmp_path: Path, sql: str
+) -> None:
+    commit(store, 1)
+    (tmp_path / "secret.csv").write_text("word\nfriend\n")
+    before = sorted(path.name for path in tmp_path.iterdir())
+    with pytest.raises(UsageError, match=r"query"):
+        store.query(sql.format(folder=tmp_path))
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
 @pytest.fixture
 def tabulated(store: Store, monkeypatch: pytest.MonkeyPatch) -> Store:
     """A store that counts as large and has its table beside it."""

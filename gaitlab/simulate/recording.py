@@ -75,9 +75,7 @@ class Recording:
             if side is None:
                 body_contact = True
             else:
-                self._points.extend(
-                    (k, side, *p[5], p[9], *p[7], p[10], *p[11], p[12], *p[13])
-                )
+                self._points.extend((k, side, *p[5], p[9], *p[7], p[10], *p[11], p[12], *p[13]))
         self.body_contact[k] = body_contact
         self.length = k + 1
         return body_contact

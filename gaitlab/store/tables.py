@@ -22,6 +22,7 @@ from gaitlab.store.record import Scalar
 
 _FIRST = ("trial_id", "experiment", "robot", "gait", "surface", "seed", "state", "reason")
 _TICKS = re.compile(r"\bticks\b", re.IGNORECASE)
+_QUESTIONS = (duckdb.StatementType.SELECT, duckdb.StatementType.EXPLAIN)
 
 
 def trials_table(
@@ -54,20 +55,37 @@ def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.Da
         logs: Files with a log; only a query of `ticks` asks for them.
 
     Raises:
-        UsageError: If DuckDB does not understand the query.
+        UsageError: If DuckDB does not understand the query, or it is not one SELECT.
         StoreError: If a log is damaged.
     """
     with duckdb.connect(":memory:") as connection:
         connection.execute("SET autoinstall_known_extensions = false")
         _create_trials(connection, trials)
         try:
+            _require_one_question(sql)
+            files = [_sound(path) for path in logs] if _TICKS.search(sql) else []
             if _TICKS.search(sql):
-                _create_ticks(connection, [_sound(path) for path in logs])
+                _create_ticks(connection, files)
+            _close_in(connection, [*files, *([trials] if isinstance(trials, Path) else [])])
             return connection.sql(sql).df()
-        except AttributeError as error:  # a statement without a result
-            raise UsageError("the query has no result; a query starts with SELECT") from error
         except duckdb.Error as error:
             raise UsageError(_advice(error, connection)) from error
+
+
+def _require_one_question(sql: str) -> None:
+    """A query asks and changes nothing: no second statement, no COPY, ATTACH, DROP or SET."""
+    statements = duckdb.extract_statements(sql)
+    if len(statements) != 1 or statements[0].type not in _QUESTIONS:
+        found = ", ".join(statement.type.name for statement in statements) or "nothing"
+        raise UsageError(f"a query is one SELECT (or EXPLAIN); this is {found}")
+
+
+def _close_in(connection: duckdb.DuckDBPyConnection, files: Iterable[Path]) -> None:
+    """Let the query read the store's own files and no others, and load nothing."""
+    folders = ", ".join(_quoted(folder) for folder in sorted({file.parent for file in files}))
+    connection.execute("SET python_enable_replacements = false")
+    connection.execute(f"SET allowed_directories = [{folders}]")
+    connection.execute("SET enable_external_access = false")
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:

@@ -149,10 +149,13 @@ def test_the_command_of_the_page_repeats_the_options(
     ]
 
 
+OTHER_ROWS = ("report.rows=surface", "report.columns=gait.step_length")
+
+
 def test_experiments_with_other_rows_do_not_share_a_page(
     store: Store, both: list[Experiment], tmp_path: Path
 ) -> None:
     run(store, both[0])
-    other = load_experiment(both[1].path, settings=("report.rows=surface",))
+    other = load_experiment(both[1].path, settings=OTHER_ROWS)
     with pytest.raises(UsageError, match="one by one"):
         gather([both[0], other], store)
