@@ -16,15 +16,15 @@ from gaitlab.report.picture import portrait, stance_at
 from gaitlab.simulate import simulate
 
 FOLDER = Path(__file__).parent / "images"
-SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.04]}", "seeds=[0]"]
+SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[0]"]
 
 
 def main() -> None:
-    """EROS in mid-swing, two cycles into a walk on 30 mm grass."""
+    """EROS in mid-swing on 30 mm grass, at the instant in which its trunk is most upright."""
     trial = next(iter(plan(load_experiment("eros_table7", SETTINGS)).trials())).trial
     log = simulate(trial)
     mid_swing = np.flatnonzero(np.abs(log["gait_phase"] - 0.25) < 1e-3)
-    tick = int(mid_swing[0])
+    tick = int(mid_swing[np.argmin(np.abs(log["pitch"][mid_swing]))])
     stance = stance_at(log, trial.robot.tree, trial.robot.sole, tick)
     save(portrait(stance, trial.surface), FOLDER, "eros_on_grass")
 

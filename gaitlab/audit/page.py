@@ -177,7 +177,7 @@ def _difference(row: Row) -> Cell:
 def _number(value: Cell, digits: int) -> str:
     if value is None:
         return "–"
-    return value if isinstance(value, str) else f"{value:.{digits}f}"
+    return value if isinstance(value, str) else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _row(*cells: str) -> str:

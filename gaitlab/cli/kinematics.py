@@ -188,7 +188,12 @@ def _rows(limb: Limb, branch: Branch, counts: bool) -> list[list[str]]:
     named = _named(limb, branch.joints)
     steps: Mapping[str, int] = _counts(limb, branch.joints) if counts else {}
     return [
-        [name, f"{angle:.6f}", f"{degrees(angle):.3f}", *([str(steps[name])] if counts else [])]
+        [
+            name,
+            f"{round(angle, 6) + 0.0:.6f}",
+            f"{round(degrees(angle), 3) + 0.0:.3f}",
+            *([str(steps[name])] if counts else []),
+        ]
         for name, angle in named.items()
     ]
 
@@ -199,7 +204,8 @@ def _pose(pose: np.ndarray) -> dict[str, list]:
 
 def _pose_text(limb: Limb, pose: np.ndarray) -> str:
     rows = [
-        [axis, *(f"{value:.6f}" for value in row)] for axis, row in zip("xyz", pose, strict=False)
+        [axis, *(f"{round(value, 6) + 0.0:.6f}" for value in row)]
+        for axis, row in zip("xyz", pose, strict=False)
     ]
     head = ("", "x axis", "y axis", "z axis", "position [m]")
     return f"{limb.target}\n{columns(head, rows)}"
