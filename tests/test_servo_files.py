@@ -43,6 +43,9 @@ def test_the_gain_of_an_mx_lies_between_its_factory_value_and_its_largest(name: 
     assert factory < servo.position_gain < factory * 254 / 32
 
 
+SOURCES = ("ROBOTIS", "Aldebaran", "naoV40 URDF", "assumption", "derived")  # makers, or ours
+
+
 @pytest.mark.parametrize("name", names("servo"))
 def test_every_number_of_a_shipped_servo_has_unit_and_source(name: str) -> None:
     root, table = load(locate("servo", name)), parameter_table(Servo)
@@ -50,7 +53,7 @@ def test_every_number_of_a_shipped_servo_has_unit_and_source(name: str) -> None:
     assert set(numbers) == set(table)
     for key, node in numbers.items():
         assert node.mapping["unit"].value == table[key].unit
-        assert str(node.mapping["source"].value).startswith(("ROBOTIS", "assumption", "derived"))
+        assert str(node.mapping["source"].value).startswith(SOURCES)
 
 
 def test_an_unknown_or_wrong_servo_is_refused(tmp_path) -> None:

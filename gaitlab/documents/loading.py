@@ -19,6 +19,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, ScalarNode
 from ruamel.yaml.nodes import Node as YamlNode
 from ruamel.yaml.reader import ReaderError
+from ruamel.yaml.representer import SafeRepresenter
 
 from gaitlab.documents.nodes import Node, Scalar
 from gaitlab.errors import FileError, Problem
@@ -28,11 +29,28 @@ MOST_VALUES = 200_000  # nodes after anchors are followed, against files that mu
 DEEPEST = 20  # levels; an experiment needs five
 LONGEST_NUMBER = 60  # characters of one number
 TAG = "tag:yaml.org,2002:"
+PLAIN = re.compile(r"[A-Za-z_./][\w./ -]*\w|[A-Za-z_]")  # ruamel still quotes `yes` and the like
+
+
+class _Representer(SafeRepresenter):
+    """Quotes every text that is not plainly a name, a path or a phrase of words.
+
+    Left alone, ruamel.yaml writes `:a` bare inside braces, where it cannot read it again.
+    """
+
+
+def _text_node(representer: SafeRepresenter, text: str) -> ScalarNode:
+    style = None if PLAIN.fullmatch(text) else '"'
+    return representer.represent_scalar(f"{TAG}str", text, style=style)
+
+
+_Representer.add_representer(str, _text_node)
 
 
 def dump(data: object) -> str:
     """Plain data as YAML text in block style, keys in order."""
     yaml = YAML(typ="safe", pure=True)
+    yaml.Representer = _Representer
     yaml.default_flow_style = None
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     stream = io.StringIO()
