@@ -1,7 +1,8 @@
 """What a trial costs beside Bullet itself, side by side in one process.
 
 The bare loop drives the same robot, sole and solver on a hard plane with nothing but
-`setJointMotorControlArray` and `stepSimulation`; the full one is `run_trial` as a worker does it:
+`setJointMotorControlArray` and `stepSimulation`, through the same walk; the full one is
+`run_trial` as a worker does it:
 targets, servos, ground, recording, measuring, writing. Rounds alternate and the ratio of medians
 of CPU time a tick is printed, because the machine may be shared.
 
@@ -36,24 +37,53 @@ def walking_trial(surface: str, seed: int) -> Trial:
     return Trial.from_dict({**trial.to_dict(), "seed": seed})
 
 
-def bare(trial: Trial, ticks: int) -> float:
-    """CPU seconds a tick of the bare loop."""
-    feet = trial.gait.feet(np.arange(ticks) * trial.engine.dt)
-    targets = trial.robot.joint_targets(feet).tolist()
+def on_hard_floor(trial: Trial) -> tuple[Engine, np.ndarray]:
+    """A fresh engine on the hard floor and the trial's targets."""
+    ticks = int(30.0 / trial.engine.dt)
+    targets = trial.robot.joint_targets(trial.gait.feet(np.arange(ticks) * trial.engine.dt))
     height = trial.robot.hip_offset() + trial.gait.hip_height
-    with Engine(
-        trial.robot, load_surface("hard_floor"), trial.servos, pose=np.array(targets[0]),
-        height=height, settings=trial.engine, spread=trial.spread, seed=trial.seed,
-    ) as engine:  # fmt: skip
+    engine = Engine(
+        trial.robot, load_surface("hard_floor"), trial.servos, pose=targets[0], height=height,
+        settings=trial.engine, spread=trial.spread, seed=trial.seed,
+    )  # fmt: skip
+    return engine, targets
+
+
+def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[float]]]:
+    """What the servos ask of Bullet at each tick of a walk on the hard floor."""
+    commands = []
+    engine, targets = on_hard_floor(trial)
+    with engine:
+        for target in targets[:ticks]:
+            position, velocity, _ = engine._read_joints()
+            commands.append(engine._servos.drive(target, position, velocity))
+            engine._motors(
+                engine._body, engine._joints, pybullet.VELOCITY_CONTROL,
+                targetVelocities=commands[-1][0], forces=commands[-1][1],
+            )  # fmt: skip
+            engine.step()
+    return commands
+
+
+def bare(trial: Trial, ticks: int) -> float:
+    """CPU seconds a tick of the bare loop; it replays the commands of a walk, so that it walks.
+
+    Driven by anything else the robot falls, and lying down is cheaper to simulate than walking.
+    """
+    commands = motor_commands(trial, ticks)
+    engine, _ = on_hard_floor(trial)
+    with engine:
         client, body, joints = engine._client, engine._body, engine._joints
-        forces = [servo.stall_torque for servo in trial.servos]
         start = time.process_time()
-        for target in targets:
+        for speed, torque in commands:
             client.setJointMotorControlArray(
-                body, joints, pybullet.POSITION_CONTROL, targetPositions=target, forces=forces
+                body, joints, pybullet.VELOCITY_CONTROL, targetVelocities=speed, forces=torque
             )
             client.stepSimulation()
-        return (time.process_time() - start) / ticks
+        spent = (time.process_time() - start) / ticks
+        if client.getBasePositionAndOrientation(body)[0][2] < 0.2:
+            raise SystemExit("the robot of the bare loop fell; its time says nothing")
+        return spent
 
 
 def full(trial: Trial, folder: Path) -> tuple[float, int]:
