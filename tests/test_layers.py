@@ -14,10 +14,11 @@ LEVELS = [
     "motion settings log sensing body soles limbs commands motions urdf fall surfaces servos",
     "gaits robots metrics",
     "trial experiment plan engine store",
-    "simulate report audit",
-    "run",
+    "simulate report audit replay export",
+    "run study",
     "executors worker",
     "dispatch",
+    "optimize regression",
     "cli",
     "__main__",
 ]
@@ -30,11 +31,17 @@ OWNERS = {
     "duckdb": {"store"},
     "pydantic": {"documents"},
     "ruamel": {"documents"},
-    "pebble": {"executors"},
+    "optuna": {"study"},
+    "cmaes": {"study"},
+    "imageio": {"replay"},
+    "imageio_ffmpeg": {"replay"},
+    "markdown_it": {"report"},
+    "mcap": {"export"},
+    "rerun": {"export"},
     "typer": {"cli"},
     "rich": {"cli"},
     "numba": {"surfaces", "servos"},
-    "matplotlib": {"report"},
+    "matplotlib": {"report", "replay"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
 

@@ -1,0 +1,159 @@
+"""What a study file asks for: a space to search, what is better, and what is not allowed.
+
+The file's section `study:` becomes one `Study`. It says nothing of how the search is done; the
+candidates that it proposes are ordinary cells of the experiment, see `gaitlab.plan`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from gaitlab.experiment.parts import Value
+
+Direction = Literal["maximize", "minimize"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """A parameter that is searched only while another one has certain values.
+
+    Attributes:
+        path: Dotted path of the other parameter, a `Choices` of the same space.
+        values: Its values for which the parameter is searched; else it keeps its base.
+    """
+
+    path: str
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers:
+    """A number that is searched.
+
+    Attributes:
+        path: Dotted path.
+        low: Smallest value, in the parameter's unit.
+        high: Largest value.
+        step: Distance of the allowed values; None for any.
+        log: Whether ratios count and not differences.
+        integer: Whether only whole numbers are allowed.
+        when: Restriction to some values of another parameter.
+    """
+
+    path: str
+    low: float
+    high: float
+    step: float | None = None
+    log: bool = False
+    integer: bool = False
+    when: Condition | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """One of several values that is searched.
+
+    Attributes:
+        path: Dotted path.
+        options: The values, at least two.
+        when: Restriction to some values of another parameter.
+    """
+
+    path: str
+    options: tuple[Value, ...]
+    when: Condition | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aggregate:
+    """How many numbers become one.
+
+    Attributes:
+        kind: `mean`, `worst` (of the objective's direction), `quantile` or `cvar`, the mean of the
+            worst share.
+        share: For a quantile its place counted from the worst, for `cvar` the share; in (0, 1].
+    """
+
+    kind: Literal["mean", "worst", "quantile", "cvar"] = "mean"
+    share: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Objective:
+    """What is better.
+
+    Attributes:
+        metric: Name of a metric.
+        direction: Which way is better.
+        over_seeds: From the replicates on one surface to one number.
+        over_surfaces: From the surfaces to one number.
+    """
+
+    metric: str
+    direction: Direction
+    over_seeds: Aggregate = field(default_factory=Aggregate)
+    over_surfaces: Aggregate = field(default_factory=Aggregate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constraint:
+    """What is not allowed.
+
+    Attributes:
+        metric: Name of a metric.
+        bound: Largest or smallest value allowed, in the metric's unit.
+        at_least: Whether the bound is the smallest value allowed, and not the largest.
+        over_seeds: As of an objective.
+        over_surfaces: As of an objective.
+    """
+
+    metric: str
+    bound: float
+    at_least: bool
+    over_seeds: Aggregate = field(default_factory=Aggregate)
+    over_surfaces: Aggregate = field(default_factory=Aggregate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Racing:
+    """When a hopeless candidate is given up before it has walked with every seed.
+
+    Attributes:
+        rounds: Seeds after which candidates are judged, rising; the last is the number of seeds.
+        confidence: How sure it must be that a candidate is worse than the best before it stops.
+    """
+
+    rounds: tuple[int, ...]
+    confidence: float = 0.9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A search over the parameters of an experiment.
+
+    Attributes:
+        sampler: tpe, cmaes, gp, nsga2, nsga3, qmc or random.
+        sampler_options: Options of the sampler, by name.
+        trials: Candidates to try in total.
+        seed: Of the sampler.
+        batch: Candidates that are proposed together, so that the search does not depend on how
+            many workers there are.
+        search: The space.
+        objectives: One, or several for a Pareto front.
+        constraints: All must hold.
+        racing: None to walk every candidate with every seed.
+        early_stop: Candidates without an improvement after which the search ends; None for never.
+    """
+
+    sampler: str
+    sampler_options: Mapping[str, Value]
+    trials: int
+    seed: int
+    batch: int
+    search: tuple[Numbers | Choices, ...]
+    objectives: tuple[Objective, ...]
+    constraints: tuple[Constraint, ...]
+    racing: Racing | None
+    early_stop: int | None
