@@ -27,7 +27,9 @@ SI units and radians throughout. Keys:
     spread: {friction: 0.1}         how much the replicates differ
     log: {every: 1}
     report: {rows: gait.step_length, columns: surface, variants: [...], compare: eros_table7,
-             distance_reading: foot_travel, title: text}
+             distance_reading: foot_travel, title: text,
+             metrics: [walking_speed, ...],     drawn for each surface; by default six
+             maps: [[gait.step_length, gait.step_height], ...]}     stable share over two paths
 
 A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 """

@@ -13,16 +13,18 @@ from gaitlab.documents import Node, build, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_parts
 from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
+from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
-from gaitlab.plugins import PACKAGE, locate, suggestion
+from gaitlab.plugins import locate
 from gaitlab.trial import canonical_json, values
 
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
 LARGEST_SEED = 2**63 - 1
+DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
 
 
@@ -111,7 +113,7 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
     (sections, parts, axes), walkers = _read(tree)
     seeds = _seeds(sections.seeds)
     name = sections.name or path.stem
-    report = _report(tree, sections, axes)
+    report = read_layout(tree, sections, axes)
     _check_name(tree, name)
     return Experiment(
         name=name,
@@ -209,62 +211,6 @@ def _whole(value: object, low: int, high: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
-def _report(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportSettings:
-    """Report settings with title and rows filled in.
-
-    Raises:
-        FileError: If a path is not varied or no published table has that name.
-    """
-    varied = [path for axis in axes for path in axis.paths]
-    node = tree.mapping.get("report", tree)
-    known = {"rows": ["surface", *varied], "columns": ["surface", *varied], "variants": varied}
-    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*.csv") if _of_cells(file))
-    problems = [
-        problem
-        for key, allowed in {**known, "compare": tables}.items()
-        for problem in _unknown(node, key, allowed)
-    ]
-    report = sections.report
-    free = (path for path in varied if path not in (report.columns, *report.variants))
-    rows = report.rows or next(free, "surface")
-    report = replace(report, rows=rows, title=report.title or sections.title)
-    problems = problems or _used_twice(node, report)
-    if problems:
-        raise FileError(problems)
-    return report
-
-
-def _used_twice(node: Node, report: ReportSettings) -> list[Problem]:
-    """A path can be the rows, the columns or a variant, not two of them."""
-    problems = []
-    rows, variants = node.mapping.get("rows"), node.mapping.get("variants", node)
-    if rows is not None and report.rows == report.columns:
-        message = f"report.rows: found {report.rows!r}, which is the columns already"
-        problems.append(rows.problem(f"{message}; choose another path for one of them"))
-    for path in report.variants:
-        if path in (report.rows, report.columns):
-            message = f"report.variants: found {path!r}, which is the rows or columns already"
-            problems.append(variants.problem(f"{message}; leave it out"))
-    return problems
-
-
-def _of_cells(table: Path) -> bool:
-    """Whether a published table says which cells were stable."""
-    with table.open(encoding="utf-8") as lines:
-        return "pedestal_1" in next(lines, "").split(",")
-
-
-def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:
-    node = report.mapping.get(key)
-    if node is None:
-        return []
-    return [
-        item.problem(f"report.{key}: found {item.found()}{suggestion(str(item.value), allowed)}")
-        for item in node.items or (node,)
-        if item.value not in (*allowed, (), None)
-    ]
-
-
 def _digest(
     walkers: Mapping[str, Parts],
     axes: Sequence[Axis],
@@ -272,13 +218,14 @@ def _digest(
     report: ReportSettings,
 ) -> str:
     parts, *others = walkers.values()
+    layout = values(replace(report, title=""))
     content = {
         **_walker_content(parts),
         "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],
         "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
         "axes": [[axis.paths, axis.rows] for axis in axes],
         "seeds": len(seeds) if isinstance(seeds, range) else seeds,
-        "report": values(replace(report, title="")),
+        "report": {key: value for key, value in layout.items() if key not in DRAWN},
         **({"walkers": [_other_content(other) for other in others]} if others else {}),
     }
     return hashlib.sha256(canonical_json(content).encode()).hexdigest()

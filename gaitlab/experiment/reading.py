@@ -16,6 +16,7 @@ LONGEST_SHOWN = 200  # characters of a setting that a message quotes
 DEEPEST_INCLUDE = 8  # files
 HANDED_DOWN = ("robot", "gait", "servo", "engine")  # sections that belong to a walker
 WALKER_KEYS = ("name", "include", *HANDED_DOWN)
+LISTED = ("variants", "metrics")  # of the report: a name alone stands for a list of one
 TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
 OWN = ("name", "title", "description")  # keys that a base file does not hand down
@@ -75,13 +76,24 @@ def _with_types(tree: Node) -> Node:
 
 
 def _with_list(tree: Node) -> Node:
-    """`variants: gait.heel_strike` written as `variants: [gait.heel_strike]`."""
+    """`variants: gait.heel_strike` written as `variants: [gait.heel_strike]`, one map as a list."""
     report = tree.mapping.get("report", tree)
-    node = report.mapping.get("variants")
-    if report is tree or node is None or not isinstance(node.value, str):
+    if report is tree:
         return tree
-    listed = Node(file=node.file, line=node.line, column=node.column, value=(node,))
-    return tree.replaced(report=report.replaced(variants=listed))
+    given = report.mapping
+    listed = {k: _list_of(given[k]) for k in LISTED if k in given and _is_text(given[k])}
+    maps = given.get("maps")
+    if maps and maps.items and all(_is_text(item) for item in maps.items):
+        listed["maps"] = _list_of(maps)
+    return tree.replaced(report=report.replaced(**listed)) if listed else tree
+
+
+def _is_text(node: Node) -> bool:
+    return isinstance(node.value, str)
+
+
+def _list_of(node: Node) -> Node:
+    return Node(file=node.file, line=node.line, column=node.column, value=(node,))
 
 
 def _mapping_at(node: Node) -> Node:

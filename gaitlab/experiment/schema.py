@@ -32,6 +32,15 @@ class ReportSettings:
     compare: str | None = parameter(
         None, unit="-", doc="published table to print beside, eros_table7 for instance"
     )
+    metrics: tuple[str, ...] = parameter(
+        (), unit="-", doc="metrics drawn for each surface; by default six"
+    )
+    maps: tuple[tuple[str, ...], ...] = parameter(
+        (),
+        unit="-",
+        doc="pairs of dotted paths over which the stable share is mapped; by default chosen when "
+        "more than two are varied",
+    )
     distance_reading: Literal["foot_travel", "cm", "mm"] = parameter(
         "foot_travel",
         unit="-",

@@ -12,7 +12,7 @@ from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TypeAlias
+from typing import TypeAlias, get_type_hints
 
 import numpy as np
 
@@ -31,6 +31,12 @@ def _modules() -> dict[str, ModuleType]:
 def names() -> tuple[str, ...]:
     """Names of all metrics, sorted."""
     return tuple(_modules())
+
+
+def numeric_names() -> tuple[str, ...]:
+    """Names of the metrics that are numbers, neither words nor flags, sorted."""
+    kinds = {name: get_type_hints(metric(name))["return"] for name in names()}
+    return tuple(name for name, kind in kinds.items() if kind in (float, int))
 
 
 def metric(name: str) -> Callable[[TrialLog], Value]:
