@@ -82,7 +82,7 @@ def _blades(
     n = len(roots)
     height = surface.height * generator.uniform(0.82, 1.06, n)
     lean = _leans(surface, generator, n)
-    gap, outward = _pressed(roots, soles)
+    gap, outward = pressed(roots, soles)
     squeezed = gap < height
     top = np.where(squeezed, np.maximum(gap, 0.0), height)
     fold = np.sqrt(np.maximum(height**2 - top**2, 0.0)) * 0.5
@@ -117,7 +117,7 @@ def _leans(surface: TuftedPile | FibreMat, generator: np.random.Generator, n: in
     return amount[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + 2.0 * nap
 
 
-def _pressed(roots: np.ndarray, soles: Sequence[Footprint]) -> tuple[np.ndarray, np.ndarray]:
+def pressed(roots: np.ndarray, soles: Sequence[Footprint]) -> tuple[np.ndarray, np.ndarray]:
     """Height left below the soles over each root (inf beside them), and the way out from below."""
     gap, outward = np.full(len(roots), np.inf), np.zeros_like(roots)
     for sole in soles:

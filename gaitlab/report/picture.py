@@ -59,7 +59,8 @@ class Stance:
 
     def corners(self) -> np.ndarray:
         """Corners of all boxes, world frame, in [m]. Shape (points, 3)."""
-        return np.concatenate([part.corners.reshape(-1, 3) for part in _robot_faces(self)])
+        faces = robot_faces(self.tree, self.feet, self.poses)
+        return np.concatenate([part.corners.reshape(-1, 3) for part in faces])
 
 
 def stance_at(
@@ -100,7 +101,8 @@ def draw_robot(
     """
     patch = patch or patch_below([stance])
     ground = ground_faces(surface, patch, stance.footprints(), camera)
-    paint(axes, camera, [*ground, *_robot_faces(stance)])
+    robot = robot_faces(stance.tree, stance.feet, stance.poses)
+    paint(axes, camera, [*ground, *robot])
     if scale_bar:
         _scale_bar(axes, patch, camera)
     if forces and stance.forces is not None:
@@ -120,23 +122,34 @@ def patch_below(stances: Sequence[Stance]) -> Patch:
     return Patch(x=edges[0], y=edges[1])
 
 
-def _robot_faces(stance: Stance) -> list[Faces]:
-    return [face for i, link in enumerate(stance.tree.links) for face in _link(stance, i, link)]
+def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses) -> list[Faces]:
+    """Boxes, servo horns and eyes of a robot.
+
+    Args:
+        tree: Links.
+        feet: Names of the left and the right foot link.
+        poses: World poses of the links; the first instant counts.
+    """
+    return [
+        face
+        for link, origin, rotation in zip(
+            tree.links, poses.position[0], poses.rotation[0], strict=True
+        )
+        for face in _link(link, origin, rotation, _colour(link, feet))
+    ]
 
 
-def _link(stance: Stance, index: int, link: Link) -> Iterator[Faces]:
-    rotation = stance.poses.rotation[0, index]
-    origin = stance.poses.position[0, index]
+def _link(link: Link, origin: np.ndarray, rotation: np.ndarray, colour: str) -> Iterator[Faces]:
     centre = origin + rotation @ np.array(link.box.centre)
-    yield box_faces(link.box.size, centre, rotation, _colour(stance, link))
+    yield box_faces(link.box.size, centre, rotation, colour)
     if link.joint is not None and link.joint.axis == "y" and link.name != "head":
         yield from _horns(link, origin, rotation)
     if link.name == "head":
         yield from _eyes(link, centre, rotation)
 
 
-def _colour(stance: Stance, link: Link) -> str:
-    if link.name in stance.feet:
+def _colour(link: Link, feet: tuple[str, str]) -> str:
+    if link.name in feet:
         return DARK
     moves = link.joint is not None and link.joint.axis == "y"
     return ALUMINIUM if moves or link.parent is None else "#5A646D"
