@@ -2,7 +2,8 @@
 
 A metric is a file of this folder with a constant `UNIT` and a function of the file's own name that
 takes a `TrialLog`. It reads nothing but the log and raises nothing: what is not defined for a log
-is NaN, or None for words. Adding a metric is adding a file.
+is NaN, or None for words. A constant `BETTER`, `higher` or `lower`, says which way a walk gets
+better; a metric without it takes no side in a comparison. Adding a metric is adding a file.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from gaitlab.errors import UnknownName
 from gaitlab.log import TrialLog
 
 Value: TypeAlias = float | bool | int | str | None
+Better: TypeAlias = Literal["higher", "lower", "neither"]
 
 
 @cache
@@ -56,6 +58,15 @@ def unit_of(name: str) -> str:
         UnknownName: If no file answers to the name; lists those that do.
     """
     return str(_module(name).UNIT)
+
+
+def better(name: str) -> Better:
+    """Which way a metric gets better; `neither` if its file does not say.
+
+    Raises:
+        UnknownName: If no file answers to the name; lists those that do.
+    """
+    return cast(Better, getattr(_module(name), "BETTER", "neither"))
 
 
 def measure(log: TrialLog) -> dict[str, Value]:

@@ -7,6 +7,7 @@ from math import nan
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "lower"
 
 
 def cost_of_transport(log: TrialLog) -> float:

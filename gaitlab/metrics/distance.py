@@ -5,6 +5,7 @@ from __future__ import annotations
 from gaitlab.log import TrialLog
 
 UNIT = "m"
+BETTER = "higher"
 
 
 def distance(log: TrialLog) -> float:

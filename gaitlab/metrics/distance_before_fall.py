@@ -14,6 +14,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "m"
+BETTER = "higher"
 LONGEST = 6.0  # m, length of a run in [EROS2018]
 
 

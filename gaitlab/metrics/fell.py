@@ -5,6 +5,7 @@ from __future__ import annotations
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "lower"
 
 
 def fell(log: TrialLog) -> bool:

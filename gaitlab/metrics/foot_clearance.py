@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "m"
+BETTER = "higher"
 
 
 def foot_clearance(log: TrialLog) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "rad"
+BETTER = "lower"
 
 
 def heading_drift(log: TrialLog) -> float:

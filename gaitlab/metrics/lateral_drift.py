@@ -7,6 +7,7 @@ from math import nan
 from gaitlab.log import TrialLog
 
 UNIT = "m"
+BETTER = "lower"
 
 
 def lateral_drift(log: TrialLog) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "N"
+BETTER = "lower"
 
 
 def peak_plough_force(log: TrialLog) -> float:

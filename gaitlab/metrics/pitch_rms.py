@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "rad"
+BETTER = "lower"
 
 
 def pitch_rms(log: TrialLog) -> float:

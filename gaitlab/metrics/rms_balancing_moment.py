@@ -10,6 +10,7 @@ from gaitlab.body import GANTRY_PITCH
 from gaitlab.log import TrialLog
 
 UNIT = "N m"
+BETTER = "lower"
 
 
 def rms_balancing_moment(log: TrialLog) -> float:

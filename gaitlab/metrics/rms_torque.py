@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "N m"
+BETTER = "lower"
 
 
 def rms_torque(log: TrialLog) -> float:

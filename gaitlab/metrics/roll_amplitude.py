@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "rad"
+BETTER = "lower"
 
 
 def roll_amplitude(log: TrialLog) -> float:

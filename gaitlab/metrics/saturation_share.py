@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "lower"
 NEAR_LIMIT = 0.98  # of the limit; what quantised targets and float32 leave of it
 
 

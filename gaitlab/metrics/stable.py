@@ -10,6 +10,7 @@ from __future__ import annotations
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "higher"
 
 
 def stable(log: TrialLog) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "higher"
 
 
 def stable_strict(log: TrialLog) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "lower"
 
 
 def stalled(log: TrialLog) -> bool:

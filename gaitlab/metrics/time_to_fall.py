@@ -7,6 +7,7 @@ from math import nan
 from gaitlab.log import TrialLog
 
 UNIT = "s"
+BETTER = "higher"
 
 
 def time_to_fall(log: TrialLog) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import FEET, FSRS, TrialLog
 
 UNIT = "-"
+BETTER = "lower"
 TOE_LOAD = 2.0  # front over rear; a level sole carries the two alike, give or take the impact
 TOE_DOWN = 0.02  # rad, 2 mm over a sole of 100 mm
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from gaitlab.log import TrialLog
 
 UNIT = "s"
+BETTER = "higher"
 
 
 def walked_time(log: TrialLog) -> float:

@@ -7,6 +7,7 @@ from math import nan
 from gaitlab.log import TrialLog
 
 UNIT = "m/s"
+BETTER = "higher"
 
 
 def walking_speed(log: TrialLog) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+BETTER = "higher"
 EDGE = 0.001  # m, closer is on the edge, which rounded supports blur by as much
 
 

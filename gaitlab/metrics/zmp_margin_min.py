@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "m"
+BETTER = "higher"
 
 
 def zmp_margin_min(log: TrialLog) -> float:

@@ -9,6 +9,7 @@ from gaitlab.log import TrialLog
 from gaitlab.sensing import exchanges, normalised_zmp_signal
 
 UNIT = "-"
+BETTER = "lower"
 
 
 def zmp_normalised_fluctuation(log: TrialLog) -> float:

@@ -12,7 +12,7 @@ import pytest
 import gaitlab.metrics
 from gaitlab.errors import UnknownName
 from gaitlab.log import TrialLog
-from gaitlab.metrics import Value, measure, metric, names, unit_of
+from gaitlab.metrics import Value, better, measure, metric, names, unit_of
 from tests.synthetic import HEADER, fall, header, mirrored, sine, walk
 
 ALL = pytest.mark.parametrize("name", names())
@@ -103,6 +103,18 @@ def test_every_file_of_the_folder_is_a_metric():
 
 def test_metrics_are_measured_in_the_order_of_their_names():
     assert list(measure(walk())) == sorted(names())
+
+
+@ALL
+def test_a_metric_that_takes_sides_is_a_number_or_a_flag(name: str) -> None:
+    assert better(name) in ("higher", "lower", "neither")
+    if better(name) != "neither":
+        assert isinstance(metric(name)(busy()), (bool, int, float))
+
+
+def test_what_is_better_follows_the_words() -> None:
+    assert (better("stable"), better("fell")) == ("higher", "lower")
+    assert better("fall_direction") == "neither"
 
 
 @ALL
