@@ -1,0 +1,33 @@
+"""A search as it was recorded, read without changing anything."""
+
+from __future__ import annotations
+
+from gaitlab.errors import UnknownName
+from gaitlab.experiment import Experiment
+from gaitlab.store import Store
+from gaitlab.study.candidates import Candidate, History, State
+
+__all__ = ["Candidate", "History", "State", "history"]
+
+
+def history(experiment: Experiment, store: Store, storage: str | None = None) -> History:
+    """The candidates of a finished or half-finished search.
+
+    Args:
+        experiment: What is searched.
+        store: Where its trials are, and by default its database.
+        storage: Address of another database.
+
+    Raises:
+        UnknownName: If the search was never begun.
+        StoreError: If the database cannot be read, or belongs to another study.
+    """
+    from gaitlab.study.database import Database  # loads Optuna, which takes a second
+
+    with Database.existing(experiment, store, storage) as database:
+        if database is None:
+            raise UnknownName(
+                f"{experiment.name}: nothing was searched yet on {store.path}; "
+                f"`gaitlab optimize {experiment.name}` does"
+            )
+        return History(experiment=experiment, candidates=database.told())
