@@ -13,7 +13,7 @@ from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TypeAlias, get_type_hints
+from typing import Literal, TypeAlias, cast, get_type_hints
 
 import numpy as np
 

@@ -9,7 +9,6 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "rad"
-BETTER = "lower"
 
 
 def heading_drift(log: TrialLog) -> float:

@@ -7,7 +7,6 @@ from math import nan
 from gaitlab.log import TrialLog
 
 UNIT = "m"
-BETTER = "lower"
 
 
 def lateral_drift(log: TrialLog) -> float:
