@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
 import socket
 import subprocess
@@ -11,6 +12,13 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+PACKAGE = Path(__file__).parent
+# Parts of the package that no outcome of a trial depends on; whatever is not named here counts.
+BESIDE_TRIALS = (
+    *("audit", "cli", "dispatch", "documents", "executors", "experiment", "export", "optimize"),
+    *("reference", "regression", "replay", "report", "shipped", "statistics", "store", "study"),
+    *("errors.py", "objectives.py", "plan.py", "provenance.py", "__main__.py"),
+)
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
 
@@ -36,8 +44,36 @@ def _unchanging() -> dict[str, str | None]:
         "numpy_version": _version("numpy"),
         "pybullet_version": _version("pybullet"),
         "platform": f"{sys.platform}-{platform.machine()}",
-        "git_commit": _git_commit(Path(__file__).parent),
+        "git_commit": _git_commit(PACKAGE),
+        "processor": processor(),
+        "code": code_digest(),
     }
+
+
+@cache
+def code_digest() -> str:
+    """Digest of the files of this package that decide what a trial gives. 16 hex digits.
+
+    Another digest need not give other numbers, but the same one does: with it, a result found in
+    a store is known to be what this code would give.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*")):
+        inside = path.relative_to(PACKAGE)
+        if path.suffix in (".py", ".yaml") and inside.parts[0] not in BESIDE_TRIALS:
+            digest.update(f"{inside.as_posix()}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@cache
+def processor() -> str:
+    """Model of the processor, on which the last bits of a simulation depend."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(models, "") or platform.processor() or platform.machine()
 
 
 def _version(package: str) -> str | None:

@@ -88,6 +88,17 @@ def read_log(path: Path) -> TrialLog | None:
     return log
 
 
+def written_sha256(path: Path) -> str:
+    """SHA-256 of the columns as the file states it, without reading them.
+
+    Raises:
+        Unreadable: If the file is torn, foreign or of a newer version.
+    """
+    metadata = _schema_metadata(path)
+    _read_record(path, metadata)
+    return metadata[_COLUMNS_SHA256].decode()
+
+
 def columns_sha256(log: TrialLog | None) -> str:
     """SHA-256 of the bytes of all columns, in file order."""
     digest = hashlib.sha256()

@@ -196,6 +196,26 @@ class Store:
             raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
         return log
 
+    def log_digest(self, trial_id: str) -> str:
+        """SHA-256 of the log's columns, bit for bit, as its file states it; the log is not read.
+
+        Raises:
+            UnknownName: If the store does not hold the trial.
+            StoreError: If its file is damaged.
+        """
+        try:
+            return parquet.written_sha256(self.file(trial_id))
+        except FileNotFoundError as error:
+            raise self._unknown(trial_id) from error
+        except Unreadable as error:
+            raise StoreError(f"{error}. {_REDO}") from error
+
+    def discard(self, trial_ids: Iterable[str], held: Held) -> None:
+        """Drop trials that are to be simulated anew. Only for the run that holds the lock."""
+        held.check()
+        for trial_id in trial_ids:
+            self.file(trial_id).unlink(missing_ok=True)
+
     def register(
         self,
         experiment: Experiment,
