@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.experiment import load_experiment
+from gaitlab.picture.robot import stance_at
 from gaitlab.plan import plan
 from gaitlab.report.figure_style import save
-from gaitlab.report.picture import portrait, stance_at
+from gaitlab.report.picture import portrait
 from gaitlab.simulate import simulate
 
 FOLDER = Path(__file__).parent / "images"

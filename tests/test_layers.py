@@ -13,7 +13,7 @@ LEVELS = [
     "errors plugins randomness parameters documents kinematics provenance statistics reference",
     "motion settings log sensing body soles limbs commands motions urdf fall surfaces servos",
     "gaits robots metrics",
-    "trial experiment plan engine store",
+    "trial experiment objectives plan engine store picture",
     "simulate report audit replay export",
     "run study",
     "executors worker",
@@ -40,8 +40,9 @@ OWNERS = {
     "rerun": {"export"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "numba": {"surfaces", "servos"},
-    "matplotlib": {"report", "replay"},
+    "numba": {"surfaces", "servos", "replay"},
+    "matplotlib": {"report", "picture", "replay"},
+    "PIL": {"replay"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
 

@@ -2,80 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from math import radians
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitlab.body import Link, LinkPoses, Sole, Tree
-from gaitlab.kinematics.transforms import rotation_of
+from gaitlab.body import Sole, Tree
 from gaitlab.log import TrialLog
+from gaitlab.picture.lawn import Patch, ground_faces
+from gaitlab.picture.robot import Stance, robot_faces, stance_at
+from gaitlab.picture.scene import Camera, paint
 from gaitlab.report.figure_style import INK, TEXT_WIDTH, VERMILLION, new_figure, style
-from gaitlab.report.lawn import Footprint, Patch, ground_faces
-from gaitlab.report.scene import Camera, Faces, box_faces, disc, paint
 from gaitlab.surfaces.surface import Surface
 
 SIDE = Camera(azimuth=radians(-66.0), elevation=radians(13.0))
-ALUMINIUM, DARK, ORANGE = "#C9D1D8", "#3A4148", "#E08A1E"
 MARGIN = 0.07  # m, ground around what stands on it
 NARROWEST = (0.36, 0.30)  # m, smallest piece of ground, along x and y
 LONGEST = 1.0  # m, piece of ground that the frames of a strip share
 PANEL = 2.2  # in, widest frame of a strip
 SCALE_BAR = 0.1  # m
-HORN = 0.011  # m, radius of the drawn servo horn
 FORCE_SCALE = 0.004  # m/N, length of a drawn force
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Stance:
-    """A robot at one instant.
-
-    Attributes:
-        tree: Links.
-        sole: Sole of both feet.
-        feet: Names of the left and the right foot link.
-        poses: World poses of the links at this one instant; n = 1.
-        forces: Load on the left and the right sole, world frame, in [N]. Shape (2, 3); None hides.
-    """
-
-    tree: Tree
-    sole: Sole
-    feet: tuple[str, str]
-    poses: LinkPoses
-    forces: np.ndarray | None = None
-
-    def footprints(self) -> list[Footprint]:
-        """Where the soles are."""
-        return [self._footprint(foot) for foot in range(len(self.feet))]
-
-    def _footprint(self, foot: int) -> Footprint:
-        link = self.tree.index(self.feet[foot])
-        rotation = self.poses.rotation[0, link]
-        centre = self.poses.position[0, link] + rotation @ np.array(self.sole.centre_of(foot))
-        return Footprint(centre=centre, rotation=rotation, size=(self.sole.length, self.sole.width))
-
-    def corners(self) -> np.ndarray:
-        """Corners of all boxes, world frame, in [m]. Shape (points, 3)."""
-        faces = robot_faces(self.tree, self.feet, self.poses)
-        return np.concatenate([part.corners.reshape(-1, 3) for part in faces])
-
-
-def stance_at(
-    log: TrialLog,
-    tree: Tree,
-    sole: Sole,
-    tick: int,
-    feet: tuple[str, str] = ("left_foot", "right_foot"),
-) -> Stance:
-    """The robot as a log has it at one tick, with the load on its soles."""
-    at = slice(tick, tick + 1)
-    rotation = rotation_of(log.vector("trunk_q", "xyzw")[at])
-    poses = tree.poses(log.vector("trunk_")[at], rotation, log.joint_table("position")[at])
-    load = [log.per_foot(name)[tick] for name in ("force_x", "force_y", "normal_force")]
-    return Stance(tree=tree, sole=sole, feet=feet, poses=poses, forces=np.stack(load, axis=-1))
 
 
 def draw_robot(
@@ -120,60 +68,6 @@ def patch_below(stances: Sequence[Stance]) -> Patch:
         short = 0.5 * max(0.0, least - (high - low))
         edges.append((float(low - short), float(high + short)))
     return Patch(x=edges[0], y=edges[1])
-
-
-def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses) -> list[Faces]:
-    """Boxes, servo horns and eyes of a robot.
-
-    Args:
-        tree: Links.
-        feet: Names of the left and the right foot link.
-        poses: World poses of the links; the first instant counts.
-    """
-    return [
-        face
-        for link, origin, rotation in zip(
-            tree.links, poses.position[0], poses.rotation[0], strict=True
-        )
-        for face in _link(link, origin, rotation, _colour(link, feet))
-    ]
-
-
-def _link(link: Link, origin: np.ndarray, rotation: np.ndarray, colour: str) -> Iterator[Faces]:
-    centre = origin + rotation @ np.array(link.box.centre)
-    yield box_faces(link.box.size, centre, rotation, colour)
-    if link.joint is not None and link.joint.axis == "y" and link.name != "head":
-        yield from _horns(link, origin, rotation)
-    if link.name == "head":
-        yield from _eyes(link, centre, rotation)
-
-
-def _colour(link: Link, feet: tuple[str, str]) -> str:
-    if link.name in feet:
-        return DARK
-    moves = link.joint is not None and link.joint.axis == "y"
-    return ALUMINIUM if moves or link.parent is None else "#5A646D"
-
-
-def _horns(link: Link, origin: np.ndarray, rotation: np.ndarray) -> Iterator[Faces]:
-    """The servo horns of a pitch joint, one on each side of the link."""
-    for side in (-1.0, 1.0):
-        reach = side * (0.5 * link.box.size[1] + 0.001) + link.box.centre[1]
-        yield disc(
-            origin + rotation @ np.array([0.0, reach, 0.0]),
-            side * rotation[:, 1],
-            HORN,
-            ORANGE,
-            nearer=0.02,
-        )
-
-
-def _eyes(link: Link, centre: np.ndarray, rotation: np.ndarray) -> Iterator[Faces]:
-    """Two eyes on the front of the head."""
-    length, width, height = link.box.size
-    for side in (-1.0, 1.0):
-        place = np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
-        yield disc(centre + rotation @ place, rotation[:, 0], 0.1 * width, DARK, nearer=0.02)
 
 
 def _scale_bar(axes: Axes, patch: Patch, camera: Camera) -> None:

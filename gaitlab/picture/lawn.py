@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitlab.report.scene import Camera, Faces, box_faces, lit
+from gaitlab.picture.scene import Camera, Faces, box_faces, lit
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
 BOARD = 0.018  # m, thickness of the board below the pile

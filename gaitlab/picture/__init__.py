@@ -1,0 +1,1 @@
+"""A robot on its ground as polygons, for reports and films alike."""
