@@ -39,6 +39,13 @@ class Format(str, Enum):
     json = "json"
 
 
+class Form(str, Enum):
+    """In which form a page is written."""
+
+    md = "md"
+    html = "html"
+
+
 def report(
     experiments: Annotated[
         list[str],
@@ -48,6 +55,13 @@ def report(
         Path | None,
         typer.Option("--output", metavar="DIR", help="Folder, reports/EXPERIMENT by default."),
     ] = None,
+    form: Annotated[
+        Form,
+        typer.Option("--format", help="html adds index.html, which holds its figures and zooms."),
+    ] = Form.md,
+    tables: Annotated[
+        bool, typer.Option("--tables", help="Also write every table as LaTeX and CSV.")
+    ] = False,
     seeds: Seeds = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
@@ -57,6 +71,7 @@ def report(
     \b
     Example:
       gaitlab report eros_table7 eros_table8
+      gaitlab report eros_quick --format html --tables
     """
     from gaitlab.experiment import load_experiment
     from gaitlab.report import write_report
@@ -66,7 +81,7 @@ def report(
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     with other_output_on_stderr():
         loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
-        page = write_report(loaded, Store(store), output)
+        page = write_report(loaded, Store(store), output, html=form is Form.html, tables=tables)
     say(str(page))
     return 0
 

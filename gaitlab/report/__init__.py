@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
+from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.page import write_page
 from gaitlab.report.sources import sources
@@ -18,7 +19,12 @@ REPORTS = Path("reports")
 
 
 def write_report(
-    experiments: Sequence[Experiment], store: Store, output: Path | None = None
+    experiments: Sequence[Experiment],
+    store: Store,
+    output: Path | None = None,
+    *,
+    html: bool = False,
+    tables: bool = False,
 ) -> Path:
     """Write the report of one or several experiments; the same store gives the same bytes.
 
@@ -26,9 +32,11 @@ def write_report(
         experiments: What was asked. Several share one page, each adding its variants.
         store: Where the trials are.
         output: Folder of the page and its figures; by default `reports/<names>`.
+        html: Also write the page as one file of HTML.
+        tables: Also write every table as LaTeX and CSV.
 
     Returns:
-        The page.
+        The page, in HTML if that was asked for.
 
     Raises:
         UsageError: If there is no experiment, none of its trials was run, or the experiments
@@ -39,4 +47,7 @@ def write_report(
         raise UsageError("a report needs at least one experiment; `gaitlab list experiments`")
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(experiment.name for experiment in experiments)
-    return write_page(results, sources(experiments, store, results), folder)
+    page = write_page(results, sources(experiments, store, results), folder)
+    if tables:
+        write_tables(page, results)
+    return write_html(page) if html else page

@@ -1,0 +1,181 @@
+"""A page of a report as one HTML file that needs no other file and no network."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from base64 import b64encode
+from collections.abc import Mapping, MutableMapping, Sequence
+from html import escape
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from markdown_it.renderer import RendererHTML
+from markdown_it.token import Token
+from markdown_it.utils import OptionsDict
+
+from gaitlab.report.forms.html_figures import figure
+from gaitlab.report.forms.tokens import Heading, headings, parser
+
+FILE = "index.html"
+LISTED = (2, 3)  # levels of headings in the table of contents
+
+# Mark-up that the pages themselves write between their lines; whatever else looks like a tag
+# stays text, whoever wrote it.
+_TAG = re.compile(r"</?(?:details|summary|b|strong|em|i|code|br|sub|sup|kbd)(?: open)? ?/?>")
+_NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
+
+
+def write_html(page: Path) -> Path:
+    """Write index.html beside a page of Markdown; the same page gives the same bytes."""
+    target = page.with_name(FILE)
+    text = html_page(page.read_text(encoding="utf-8"), page.parent)
+    target.write_text(text, encoding="utf-8")
+    return target
+
+
+def html_page(markdown: str, folder: Path) -> str:
+    """The whole content of a page as HTML, its figures inside.
+
+    Args:
+        markdown: The page.
+        folder: Where its figures are.
+    """
+    made = parser()
+    tokens = made.parse(markdown)
+    titles = headings(tokens)
+    renderer = _Page(folder, titles)
+    body = renderer.render(_arranged(tokens, titles), made.options, {})
+    style, script = _resource("page.css"), _resource("page.js")
+    return "\n".join(
+        [
+            "<!DOCTYPE html>",
+            '<html lang="en">',
+            "<head>",
+            '<meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{_policy(script)}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            '<meta name="generator" content="gaitlab">',
+            f"<title>{escape(_title(titles))}</title>",
+            f"<style>\n{style}</style>",
+            "</head>",
+            "<body>",
+            _contents(list(titles.values())),
+            f"<main>\n{body}</main>",
+            f"<script>{script}</script>",
+            "</body>",
+            "</html>",
+            "",
+        ]
+    )
+
+
+def _resource(name: str) -> str:
+    return resources.files("gaitlab.report.forms").joinpath(name).read_text(encoding="utf-8")
+
+
+def _policy(script: str) -> str:
+    """Nothing is fetched, and no script runs but the page's own."""
+    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    allowed = f"style-src 'unsafe-inline'; img-src data:; script-src 'sha256-{digest}'"
+    return f"default-src 'none'; {allowed}"
+
+
+def _title(titles: Mapping[int, Heading]) -> str:
+    return next((heading.text for heading in titles.values()), "gaitlab")
+
+
+def _contents(titles: Sequence[Heading]) -> str:
+    items = [
+        f'<li class="level{heading.level}"><a href="#{escape(heading.anchor)}">'
+        f"{escape(heading.text)}</a></li>"
+        for heading in titles
+        if heading.level in LISTED
+    ]
+    if not items:
+        return ""
+    lines = "\n".join(items)
+    return (
+        f'<nav aria-label="Contents">\n<details open>\n<summary>Contents</summary>\n'
+        f"<ol>\n{lines}\n</ol>\n</details>\n</nav>"
+    )
+
+
+def _arranged(tokens: Sequence[Token], titles: Mapping[int, Heading]) -> list[Token]:
+    """Tokens as HTML wants them: anchors on headings, figures on their own, row titles as such."""
+    arranged = list(tokens)
+    for index, heading in titles.items():
+        arranged[index].attrSet("id", heading.anchor)
+    for index, token in enumerate(arranged):
+        if token.type == "inline" and _is_image(token):
+            arranged[index - 1].hidden = arranged[index + 1].hidden = True
+        if token.type == "td_open" and arranged[index - 1].type == "tr_open":
+            token.tag = arranged[index + 2].tag = "th"
+            token.attrSet("scope", "row")
+    return [token for part in _without_empty_heads(arranged) for token in part]
+
+
+def _is_image(token: Token) -> bool:
+    return [child.type for child in token.children or ()] == ["image"]
+
+
+def _without_empty_heads(tokens: Sequence[Token]) -> list[Sequence[Token]]:
+    """Stretches of tokens, between them the heads of tables whose columns have no titles."""
+    parts, start = [], 0
+    for index, token in enumerate(tokens):
+        if token.type == "thead_open":
+            end = next(i for i in range(index, len(tokens)) if tokens[i].type == "thead_close")
+            if not any(t.content for t in tokens[index:end]):
+                parts.append(tokens[start:index])
+                start = end + 1
+    return [*parts, tokens[start:]]
+
+
+class _Page(RendererHTML):
+    """Renders tokens; methods are named after the token that they render."""
+
+    def __init__(self, folder: Path, titles: Mapping[int, Heading]) -> None:
+        super().__init__()
+        self._folder, self._figures = folder, 0
+        self._anchors = iter([heading.anchor for heading in titles.values()])
+
+    def image(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        token = tokens[idx]
+        self._figures += 1
+        alt = self.renderInlineAsText(token.children or [], options, env)
+        return figure(str(token.attrs["src"]), alt, self._folder, self._figures) + "\n"
+
+    def heading_close(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        anchor = escape(next(self._anchors))
+        link = f'<a class="anchor" href="#{anchor}" aria-label="Link to this section">#</a>'
+        return f" {link}</{tokens[idx].tag}>\n"
+
+    def table_open(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return '<div class="scroll" tabindex="0" role="region" aria-label="Table">\n<table>\n'
+
+    def table_close(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return "</table>\n</div>\n"
+
+    def html_block(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return _only_known_tags(tokens[idx].content)
+
+    html_inline = html_block
+
+
+def _only_known_tags(text: str) -> str:
+    """The mark-up of a page's own; of everything else the angle brackets are shown as they are."""
+    text = _NOTE.sub("", text)
+    tags = [*_TAG.findall(text), ""]
+    between = [part.replace("<", "&lt;").replace(">", "&gt;") for part in _TAG.split(text)]
+    return "".join(part + tag for part, tag in zip(between, tags, strict=True))

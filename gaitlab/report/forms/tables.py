@@ -1,0 +1,147 @@
+"""Every table of a page as files of its own: LaTeX to paste into a paper, CSV to compute with."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from markdown_it.token import Token
+
+from gaitlab.report.forms.latex import PACKAGES, latex_table
+from gaitlab.report.forms.tidy import TIDY, write_tidy
+from gaitlab.report.forms.tokens import (
+    PageTable,
+    headings,
+    page_tables,
+    parse,
+    plain,
+    slug,
+    unused,
+)
+from gaitlab.report.markdown import code, escape, fenced, table
+from gaitlab.report.results import Results
+
+FOLDER = "tables"
+COUNTS = {"trials": "{}", "seeds": "Seeds {}"}  # facts that say how much a table rests on
+PARAMETERS = "parameter"  # begins a table of settings, which rests on no trial
+FIRST = "headline"  # name of a table that stands below the title of the page
+
+
+@dataclass(frozen=True, kw_only=True)
+class Origin:
+    """What a page says of itself.
+
+    Attributes:
+        title: Its heading.
+        facts: Lines of the tables without titles: digests, trials, seeds, versions.
+        commands: Shell lines that make it again.
+    """
+
+    title: str
+    facts: tuple[str, ...]
+    commands: tuple[str, ...]
+
+
+def write_tables(page: Path, results: Results | None = None) -> list[Path]:
+    """Write the tables of a page into `tables/` beside it; the same page gives the same bytes.
+
+    Args:
+        page: The page, in Markdown.
+        results: What it was computed from, for `cells.csv` and `trials.csv`; None for neither.
+
+    Returns:
+        The files, README.md first.
+    """
+    tokens = parse(page.read_text(encoding="utf-8"))
+    folder = page.parent / FOLDER
+    folder.mkdir(exist_ok=True)
+    named, origin = dict(named_tables(tokens)), origin_of(tokens)
+    contents = {name: text for key in named for name, text in _forms(key, named[key], origin)}
+    tidy = TIDY if results is not None else {}
+    contents = {"README.md": _readme(named, tidy, origin), **contents}
+    for name, text in contents.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    if results is not None:
+        write_tidy(results, folder)
+    return [folder / name for name in (*contents, *tidy)]
+
+
+def named_tables(tokens: Sequence[Token]) -> Iterator[tuple[str, PageTable]]:
+    """Tables that have titles above their columns, each with the name of its files.
+
+    The name is that of the heading above; a further table below the same heading is named after
+    its first column.
+    """
+    taken = {slug(Path(name).stem): 0 for name in (*TIDY, "README")}
+    anchors: set[str] = set()
+    for found in page_tables(tokens):
+        if any(plain(title).strip() for title in found.header):
+            below = slug(found.heading.text) if found.heading.level > 1 else FIRST
+            again = found.heading.anchor in anchors
+            name = (slug(plain(found.header[0])) if again else "") or below or "table"
+            anchors.add(found.heading.anchor)
+            yield unused(name, taken), found
+
+
+def origin_of(tokens: Sequence[Token]) -> Origin:
+    """Title, facts and commands of a page."""
+    title = next((heading.text for heading in headings(tokens).values()), "")
+    lists = [t for t in page_tables(tokens) if not any(plain(c).strip() for c in t.header)]
+    facts = [": ".join(plain(cell) for cell in row) for found in lists for row in found.rows]
+    shell = [t.content.splitlines() for t in tokens if t.type == "fence" and t.info == "sh"]
+    return Origin(title=title, facts=tuple(facts), commands=tuple(shell[-1] if shell else ()))
+
+
+def _forms(name: str, found: PageTable, origin: Origin) -> Iterator[tuple[str, str]]:
+    caption = _caption(found, origin)
+    notes = [caption, rf"Needs \usepackage{{{PACKAGES}}}.", *origin.facts]
+    again = ["Made again by:", *(f"    {line}" for line in origin.commands)]
+    yield f"{name}.tex", latex_table(found, caption, name, [*notes, *again])
+    yield f"{name}.csv", _csv([found.header, *found.rows])
+
+
+def _caption(found: PageTable, origin: Origin) -> str:
+    """What the table is, how to read it, what it is of and n."""
+    below = found.heading.text if found.heading.level > 1 else ""
+    parts = [below, found.legend, origin.title]
+    if plain(found.header[0]) != PARAMETERS:
+        facts = dict(line.split(": ", 1) for line in origin.facts if ": " in line)
+        parts += [text.format(facts[name]) for name, text in COUNTS.items() if name in facts]
+    return " ".join(f"{part.rstrip('.')}." for part in parts if part)
+
+
+def _what(found: PageTable) -> str:
+    if found.heading.level > 1:
+        return found.heading.text
+    return found.legend or plain(found.header[0])
+
+
+def _csv(rows: Sequence[Sequence[Token]]) -> str:
+    lines = io.StringIO()
+    csv.writer(lines, lineterminator="\n").writerows([plain(c) for c in row] for row in rows)
+    return lines.getvalue()
+
+
+def _readme(named: dict[str, PageTable], tidy: dict[str, str], origin: Origin) -> str:
+    rows = [
+        [code(f"{name}.tex"), code(f"{name}.csv"), escape(_what(found))]
+        for name, found in named.items()
+    ]
+    rows += [["", code(name), escape(what)] for name, what in tidy.items()]
+    blocks = [
+        f"# Tables of {escape(origin.title)}",
+        f"The LaTeX needs `\\usepackage{{{PACKAGES}}}`; a CSV beside it has the same cells as "
+        "text. Every file is overwritten when the report is written again.",
+        table(["LaTeX", "CSV", "what"], rows, "lll"),
+        table(["", ""], [_fact(line) for line in origin.facts], "ll") if origin.facts else "",
+        fenced("\n".join(origin.commands), "sh") if origin.commands else "",
+    ]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def _fact(line: str) -> list[str]:
+    name, _, value = line.partition(": ")
+    return [escape(name), escape(value)]

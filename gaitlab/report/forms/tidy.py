@@ -1,0 +1,76 @@
+"""The numbers behind a report as tidy CSV: one row a cell, one row a trial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from gaitlab.report.cells import paper_verdicts
+from gaitlab.report.results import ONE_ROW, Results
+from gaitlab.report.scores import Cell, Score
+from gaitlab.report.variants import Value, Variant
+from gaitlab.report.words import letter
+
+TIDY = {
+    "cells.csv": "one row a cell: counts, shares with their 95 % Wilson intervals, verdicts (S, U)",
+    "trials.csv": "one row a planned trial: varied values, state, every metric, provenance",
+}
+FIRST = ("trial_id", "experiment", "variant", "surface", "seed", "state", "reason")
+SCORES: tuple[tuple[Score, str], ...] = (("stable", ""), ("stable_strict", "_strict"))
+
+
+def write_tidy(results: Results, folder: Path) -> None:
+    """Write cells.csv and trials.csv; the same results give the same bytes."""
+    frames = {"cells.csv": cells_frame(results), "trials.csv": trials_frame(results)}
+    for name, frame in frames.items():
+        frame.to_csv(folder / name, index=False, lineterminator="\n", encoding="utf-8")
+
+
+def trials_frame(results: Results) -> pd.DataFrame:
+    """Every planned trial, what identifies it first."""
+    trials = results.trials.drop(columns=ONE_ROW, errors="ignore")
+    return trials[[*FIRST, *(name for name in trials.columns if name not in FIRST)]]
+
+
+def cells_frame(results: Results) -> pd.DataFrame:
+    """Every planned cell with its counts; rows and columns under their dotted paths."""
+    paper = paper_verdicts(results)
+    rows = (
+        _row(results, variant, row, column, paper.get((variant.label, row, column)))
+        for variant in results.variants
+        for row in results.row_values
+        for column in results.column_values
+        if results.cell(variant, row, column).planned
+    )
+    return pd.DataFrame(rows)
+
+
+def _row(
+    results: Results, variant: Variant, row: Value, column: Value, printed: bool | None
+) -> dict[str, object]:
+    cell = results.cell(variant, row, column)
+    place = {results.rows: row, results.columns: column}
+    place.pop(ONE_ROW, None)
+    return {
+        "variant": variant.label,
+        **place,
+        "n": cell.n,
+        "infeasible": cell.infeasible,
+        "failed": cell.failed,
+        "missing": cell.missing,
+        **dict(_scores(cell)),
+        "paper": None if printed is None else letter(printed),
+    }
+
+
+def _scores(cell: Cell) -> Iterator[tuple[str, object]]:
+    for score, end in SCORES:
+        verdict = cell.verdict(score)
+        low, high = cell.interval(score) if cell.n else (None, None)
+        yield f"stable{end}", cell.count(score)
+        yield f"share{end}", cell.share(score)
+        yield f"low{end}", low
+        yield f"high{end}", high
+        yield f"verdict{end}", None if verdict is None else letter(verdict)

@@ -1,0 +1,132 @@
+"""A headless Chromium that tests steer through a pair of pipes, without any driver."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--remote-debugging-pipe",
+)
+
+
+class Browser:
+    """One tab. Messages are JSON, each ended by a zero byte."""
+
+    def __init__(self, to: int, back: int) -> None:
+        self._to, self._back, self._rest = to, back, b""
+        self._number, self._session = 0, ""
+        self.events: list[dict[str, Any]] = []
+        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        attached = self.ask("Target.attachToTarget", targetId=target, flatten=True)
+        self._session = attached["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.ask(f"{domain}.enable")
+
+    def ask(self, method: str, **params: Any) -> dict[str, Any]:
+        """Answer of the browser to one command."""
+        self._number += 1
+        message: dict[str, Any] = {"id": self._number, "method": method, "params": params}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._to, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self._message()
+            if answer.get("id") == self._number:
+                assert "error" not in answer, answer
+                return dict(answer["result"])
+            self.events.append(answer)
+
+    def _message(self) -> dict[str, Any]:
+        while b"\0" not in self._rest:
+            more = os.read(self._back, 1 << 20)
+            assert more, "the browser has gone"
+            self._rest += more
+        line, _, self._rest = self._rest.partition(b"\0")
+        return dict(json.loads(line))
+
+    def open(self, page: Path) -> None:
+        """Load a file and wait until it is there."""
+        self.ask("Page.navigate", url=page.resolve().as_uri())
+        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
+            self.events.append(self._message())
+
+    def value(self, script: str) -> Any:
+        """What a line of JavaScript gives."""
+        answer = self.ask("Runtime.evaluate", expression=script, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
+
+    def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
+        """Move, press, release or wheel at a place of the window, in pixels."""
+        self.ask("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, **more)
+
+    def click(self, x: float, y: float, times: int = 1) -> None:
+        """Press and release the left button."""
+        for count in range(1, times + 1):
+            for kind in ("Pressed", "Released"):
+                self.mouse(kind, x, y, button="left", clickCount=count)
+
+    def press(self, key: str) -> None:
+        """Press and release a key."""
+        for kind in ("keyDown", "keyUp"):
+            self.ask("Input.dispatchKeyEvent", type=kind, key=key)
+
+    def shot(self, file: Path, whole: bool = False) -> None:
+        """Save what the window shows as PNG."""
+        data = self.ask("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
+        file.write_bytes(base64.b64decode(data))
+
+    @property
+    def problems(self) -> list[dict[str, Any]]:
+        """Errors and warnings of the page so far."""
+        kinds = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
+        return [event for event in self.events if event["method"] in kinds]
+
+    @property
+    def fetched(self) -> list[str]:
+        """Addresses that the page asked for so far, data inside the page left out."""
+        asked = (e for e in self.events if e["method"] == "Network.requestWillBeSent")
+        addresses = (str(event["params"]["request"]["url"]) for event in asked)
+        return [address for address in addresses if not address.startswith("data:")]
+
+
+@contextmanager
+def browser(profile: Path, width: int = 1280, height: int = 900) -> Iterator[Browser]:
+    """A Chromium with a profile of its own; ended at the end."""
+    assert CHROMIUM is not None
+    commands, to = os.pipe()
+    back, answers = os.pipe()
+    # Chromium reads its commands from descriptor 3 and answers on 4.
+    start = f'exec 3<&{commands} 4>&{answers}; exec "$0" "$@"'
+    options = (*OPTIONS, f"--user-data-dir={profile}", f"--window-size={width},{height}")
+    process = subprocess.Popen(
+        ["/bin/bash", "-c", start, CHROMIUM, *options],
+        pass_fds=(commands, answers),
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(commands)
+    os.close(answers)
+    try:
+        yield Browser(to, back)
+    finally:
+        process.kill()
+        process.wait()
+        os.close(to)
+        os.close(back)
