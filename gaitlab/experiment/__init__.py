@@ -35,16 +35,20 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 """
 
 from gaitlab.experiment.axes import Axis, combinations
+from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.experiment import Experiment, load_experiment
 from gaitlab.experiment.parts import Parts, Value, changed, try_out
 from gaitlab.experiment.schema import ReportSettings
+from gaitlab.experiment.study import Study
 
 __all__ = [
     "Axis",
     "Experiment",
     "Parts",
     "ReportSettings",
+    "Study",
     "Value",
+    "candidate",
     "changed",
     "combinations",
     "load_experiment",

@@ -198,7 +198,11 @@ def _base_value(parts: Parts, path: str) -> Value:
 
 def _impossible(parts: Parts, axes: list[Axis], keys: Mapping[str, Node]) -> list[Problem]:
     """Combinations that a robot, gait, ground or servo itself refuses, one of each group."""
-    problems: list[Problem] = []
+    return [keys[path].problem(reason) for path, reason in refusals(parts, axes)]
+
+
+def refusals(parts: Parts, axes: Sequence[Axis]) -> Iterator[tuple[str, str]]:
+    """Path and reason of a combination that the part itself refuses, one of each group."""
     for group in GROUPS:
         touching = [axis for axis in axes if any(p.startswith(f"{group}.") for p in axis.paths)]
         for values in islice(combinations(touching), MOST_TRIED if touching else 0):
@@ -207,9 +211,8 @@ def _impossible(parts: Parts, axes: list[Axis], keys: Mapping[str, Node]) -> lis
                 parts.try_out(group, changes)
             except (GaitlabError, ValueError, ArithmeticError) as error:
                 shown = ", ".join(f"{path} = {value}" for path, value in changes.items())
-                problems.append(keys[next(iter(changes))].problem(f"{shown}: {error}"))
+                yield next(iter(changes)), f"{shown}: {error}"
                 break
-    return problems
 
 
 def combinations(axes: Sequence[Axis]) -> Iterator[dict[str, Value]]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,18 +12,18 @@ from gaitlab.documents import Node, build, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_parts
 from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
+from gaitlab.experiment.digest import digest
 from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
+from gaitlab.experiment.study import Study
 from gaitlab.plugins import locate
-from gaitlab.trial import canonical_json, values
 
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
 LARGEST_SEED = 2**63 - 1
-DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
 
 
@@ -46,6 +45,7 @@ class Experiment:
         seeds: Seeds of the replicates of every cell.
         log_every: Ticks between rows of the log.
         report: How the results are laid out.
+        study: What is searched for; None for an experiment that only varies.
     """
 
     name: str
@@ -60,6 +60,7 @@ class Experiment:
     seeds: Sequence[int]
     log_every: int
     report: ReportSettings
+    study: Study | None = None
 
     def parts_of(self, values: Mapping[str, Value]) -> Parts:
         """Parts that a cell of these values starts from."""
@@ -121,7 +122,7 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
         description=sections.description,
         path=path,
         text=text,
-        digest=_digest(walkers or {"": parts}, axes, seeds, report),
+        digest=digest(walkers or {"": parts}, axes, seeds, report, None),
         parts=parts,
         walkers=walkers,
         axes=axes,
@@ -209,35 +210,3 @@ def _seeds(node: Node | None) -> Sequence[int]:
 
 def _whole(value: object, low: int, high: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-
-
-def _digest(
-    walkers: Mapping[str, Parts],
-    axes: Sequence[Axis],
-    seeds: Sequence[int],
-    report: ReportSettings,
-) -> str:
-    parts, *others = walkers.values()
-    layout = values(replace(report, title=""))
-    content = {
-        **_walker_content(parts),
-        "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],
-        "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
-        "axes": [[axis.paths, axis.rows] for axis in axes],
-        "seeds": len(seeds) if isinstance(seeds, range) else seeds,
-        "report": {key: value for key, value in layout.items() if key not in DRAWN},
-        **({"walkers": [_other_content(other) for other in others]} if others else {}),
-    }
-    return hashlib.sha256(canonical_json(content).encode()).hexdigest()
-
-
-def _walker_content(parts: Parts) -> dict[str, object]:
-    return {
-        "robot": [parts.robot_code.identity, values(parts.robot)],
-        "gait": [parts.gait_code.identity, values(parts.gait)],
-        "servos": [values(servo) for servo in parts.servos({})],
-    }
-
-
-def _other_content(parts: Parts) -> dict[str, object]:
-    return {**_walker_content(parts), "engine": values(parts.engine)}

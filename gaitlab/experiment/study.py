@@ -89,12 +89,15 @@ class Objective:
         direction: Which way is better.
         over_seeds: From the replicates on one surface to one number.
         over_surfaces: From the surfaces to one number.
+        fallen: What a trial that fell counts as, in the metric's unit, and no trial counts as
+            less; None for the metric's own rule, see `gaitlab.experiment.falling`.
     """
 
     metric: str
     direction: Direction
     over_seeds: Aggregate = field(default_factory=Aggregate)
     over_surfaces: Aggregate = field(default_factory=Aggregate)
+    fallen: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +110,7 @@ class Constraint:
         at_least: Whether the bound is the smallest value allowed, and not the largest.
         over_seeds: As of an objective.
         over_surfaces: As of an objective.
+        fallen: As of an objective.
     """
 
     metric: str
@@ -114,6 +118,17 @@ class Constraint:
     at_least: bool
     over_seeds: Aggregate = field(default_factory=Aggregate)
     over_surfaces: Aggregate = field(default_factory=Aggregate)
+    fallen: float | None = None
+
+    @property
+    def direction(self) -> Direction:
+        """Which way the metric has to go."""
+        return "maximize" if self.at_least else "minimize"
+
+    @property
+    def text(self) -> str:
+        """The constraint as a file writes it: `walking_speed >= 0.15`."""
+        return f"{self.metric} {'>=' if self.at_least else '<='} {self.bound:g}"
 
 
 @dataclass(frozen=True, kw_only=True)

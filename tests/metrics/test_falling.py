@@ -102,3 +102,22 @@ def test_a_fallen_robot_has_not_stalled():
 def test_a_robot_told_to_step_on_the_spot_only_has_to_stay_up(speed):
     found = measure(walk(header(step_length=0.0), speed=speed))
     assert (found["stalled"], found["stable"], found["stable_strict"]) == (False, True, True)
+
+
+@pytest.mark.parametrize("at", [0.5, 2.0])
+def test_upright_time_is_the_walked_time_of_a_robot_that_fell(at):
+    found = measure(fall(at=at))
+    assert found["upright_time"] == found["walked_time"] > 0.0
+
+
+def test_upright_time_is_all_that_was_asked_for_without_a_fall():
+    asked = HEADER.horizon_time
+    assert measure(walk())["upright_time"] == asked > measure(walk())["walked_time"]
+
+
+def test_upright_time_is_never_longer_than_asked_for():
+    assert measure(fall(at=2.0, head=header(horizon_time=1.0)))["upright_time"] == 1.0
+
+
+def test_upright_time_of_a_fall_in_the_start_up_is_zero():
+    assert measure(fall(at=-0.9))["upright_time"] == 0.0

@@ -1,0 +1,179 @@
+"""How good a candidate of a study is, from its trials: objectives, constraints, feasibility.
+
+Pure and without an opinion on how the search goes on. What a fallen trial counts as is said in
+`gaitlab.experiment.falling`. Seeds become one number on each surface first, surfaces one number
+second.
+
+References:
+    Rockafellar2000: Rockafellar and Uryasev, Optimization of conditional value-at-risk, Journal
+        of Risk 2(3), 2000.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, floor, fsum, inf, isfinite, nan
+from typing import Literal
+
+from gaitlab.experiment.falling import is_measured, worst
+from gaitlab.experiment.study import Aggregate, Constraint, Direction, Objective, Study
+from gaitlab.metrics import Value
+
+State = Literal["DONE", "INFEASIBLE", "FAILED"]
+NO_VALUE = 0.1  # added to the loss when an objective has no value, if only for want of its metric
+UNWALKED = 2.0  # loss of a trial that never walked; a fall at the first instant loses 1
+FARTHEST = 10.0  # bounds; a violation by more than this is as bad as this
+ROUNDING = 1e-9  # trials; forgives 0.1 x 30 being above 3
+NO_LOSS = "no trial is lost"  # what the last violation asks for
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of one trial of a candidate.
+
+    Attributes:
+        surface: What the ground is called.
+        seed: Its replicate.
+        state: `DONE` (a fall is done), `INFEASIBLE` or `FAILED`.
+        metrics: Metric name to value; None or missing where it is not defined.
+    """
+
+    surface: str
+    seed: int
+    state: State
+    metrics: Mapping[str, Value]
+
+    @property
+    def walked(self) -> bool:
+        """Whether it was simulated to its end or to a fall."""
+        return self.state == "DONE"
+
+    @property
+    def fell(self) -> bool:
+        """Whether it walked and fell."""
+        return self.walked and bool(self.metrics.get("fell"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """How good a candidate is.
+
+    Attributes:
+        objectives: In the order of the study, each in its metric's unit and own direction;
+            infinitely bad when too many trials are lost for the objective to have a value.
+        violations: One a constraint, in the order of the study, and one for lost trials; above 0
+            is not allowed, 1 misses a bound by its own size. Always finite.
+        feasible: Whether no violation is above 0.
+        n: Number of trials.
+    """
+
+    objectives: tuple[float, ...]
+    violations: tuple[float, ...]
+    feasible: bool
+    n: int
+
+
+def evaluate(study: Study, outcomes: Iterable[Outcome]) -> Evaluation:
+    """How good a candidate with these outcomes is, in whatever order they came.
+
+    Raises:
+        ValueError: If there are none.
+    """
+    trials = list(outcomes)
+    if not trials:
+        raise ValueError("a candidate without trials cannot be judged")
+    objectives = tuple(score(objective, trials) for objective in study.objectives)
+    lost = _loss(trials, all(map(isfinite, objectives)))
+    violations = (*(_violation(constraint, trials) for constraint in study.constraints), lost)
+    return Evaluation(
+        objectives=objectives,
+        violations=violations,
+        feasible=all(violation <= 0.0 for violation in violations),
+        n=len(trials),
+    )
+
+
+def violation_names(study: Study) -> tuple[str, ...]:
+    """What each violation of an evaluation is about."""
+    return (*(constraint.text for constraint in study.constraints), NO_LOSS)
+
+
+def score(wanted: Objective | Constraint, trials: Sequence[Outcome]) -> float:
+    """Value of an objective, or of what a constraint bounds, over all trials."""
+    by_surface: dict[str, list[float]] = {}
+    for trial in trials:
+        by_surface.setdefault(trial.surface, []).append(counted(wanted, trial))
+    seeds = [
+        aggregated(wanted.over_seeds, values, wanted.direction) for values in by_surface.values()
+    ]
+    return aggregated(wanted.over_surfaces, seeds, wanted.direction)
+
+
+def counted(wanted: Objective | Constraint, trial: Outcome) -> float:
+    """What one trial counts as; a fall never counts for more than staying up would."""
+    least = worst(wanted.metric, wanted.direction) if wanted.fallen is None else wanted.fallen
+    measured = is_measured(wanted.metric, wanted.direction) and wanted.fallen is None
+    value = _number(trial.metrics.get(wanted.metric)) if trial.walked else nan
+    if not isfinite(value) or (trial.fell and not measured):
+        return least
+    return max(value, least) if wanted.direction == "maximize" else min(value, least)
+
+
+def _number(value: Value) -> float:
+    return float(value) if isinstance(value, bool | int | float) else nan
+
+
+def aggregated(how: Aggregate, values: Sequence[float], direction: Direction) -> float:
+    """Many numbers as one; `cvar` as [Rockafellar2000], with the last number counted in part.
+
+    A quantile is a number that occurs, the better of two is never taken: of 8 seeds
+    `quantile: 0.5` is the fourth worst.
+    """
+    ranked = sorted(values, reverse=direction == "minimize")  # the worst first
+    n = len(ranked)
+    if how.kind == "mean":
+        return fsum(ranked) / n
+    if how.kind == "worst":
+        return ranked[0]
+    if how.kind == "quantile":
+        return ranked[max(1, ceil(how.share * n - ROUNDING)) - 1]
+    return _mean_of_worst(ranked, max(how.share * n, 1.0))
+
+
+def _mean_of_worst(ranked: Sequence[float], count: float) -> float:
+    """Mean of the first `count` numbers, which need not be whole."""
+    whole = min(floor(count + ROUNDING), len(ranked))
+    part = count - whole
+    rest = [part * ranked[whole]] if part > ROUNDING else []
+    return fsum([*ranked[:whole], *rest]) / (whole + (part if rest else 0.0))
+
+
+def _violation(constraint: Constraint, trials: Sequence[Outcome]) -> float:
+    """How far a constraint is missed, in sizes of its bound; more than FARTHEST with losses."""
+    value = score(constraint, trials)
+    if not isfinite(value):
+        return FARTHEST + _mean_loss(trials)
+    missing = constraint.bound - value if constraint.at_least else value - constraint.bound
+    return min(missing / (abs(constraint.bound) or 1.0), FARTHEST)
+
+
+def _loss(trials: Sequence[Outcome], valued: bool) -> float:
+    """0 if every trial walked and every objective has a value, else how badly trials were lost."""
+    if not valued:
+        return NO_VALUE + _mean_loss(trials)
+    return 0.0 if all(trial.walked for trial in trials) else _mean_loss(trials)
+
+
+def _mean_loss(trials: Sequence[Outcome]) -> float:
+    return fsum(_lost_share(trial) for trial in trials) / len(trials)
+
+
+def _lost_share(trial: Outcome) -> float:
+    """0 for a trial on its feet, up to 1 the sooner the robot fell, more if it never walked."""
+    if not trial.walked:
+        return UNWALKED
+    if not trial.fell:
+        return 0.0
+    walked = _number(trial.metrics.get("walked_time"))
+    return 1.0 / (1.0 + walked) if 0.0 <= walked < inf else 1.0
