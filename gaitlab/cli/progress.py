@@ -1,108 +1,179 @@
-"""How far a run is: one bar on a terminal, plain lines elsewhere. Always on stderr."""
+"""How far a run is: a bar on a terminal, a line a minute elsewhere. Always on stderr."""
 
 from __future__ import annotations
 
 import os
 import sys
 import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
-from rich.progress import Progress as RichProgress
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
 
-from gaitlab.cli.printing import duration, tell
-from gaitlab.dispatch import Progress, Summary
+from gaitlab.cli.printing import MINUTE, duration, number, plural, tell
+from gaitlab.dispatch import Ended, Progress, Silent, Started, Summary
 
-LINE_PERIOD = 10.0  # s between two plain lines
-
-
-def progress() -> Progress:
-    """A bar if stderr is a terminal, else plain lines."""
-    return Bar() if sys.stderr is not None and sys.stderr.isatty() else Lines()
-
-
-class Bar:
-    """One bar with counts, rate and time left."""
-
-    def __init__(self) -> None:
-        self._bar = RichProgress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[counts]}"),
-            TextColumn("{task.fields[remaining]}"),
-            console=Console(stderr=True),
-        )
-        self._task = TaskID(0)
-
-    def start(self, summary: Summary) -> None:
-        """Show the bar."""
-        counts, remaining = _counts(summary), _remaining(summary)
-        total = _due(summary)
-        self._task = self._bar.add_task("trials", total=total, counts=counts, remaining=remaining)
-        self._bar.start()
-
-    def update(self, summary: Summary) -> None:
-        """Move it."""
-        counts, remaining = _counts(summary), _remaining(summary)
-        ended = _ended(summary)
-        self._bar.update(self._task, completed=ended, counts=counts, remaining=remaining)
-
-    def message(self, text: str) -> None:
-        """Written past the bar's buffers, because a signal may come while they are in use."""
-        os.write(2, f"\n{text}\n".encode())
-
-    def finish(self, summary: Summary) -> None:
-        """Leave the bar as it is."""
-        self._bar.stop()
+WIDEST = 100  # characters; a longer bar says nothing more
+FRAMES_A_SECOND = 4
+SHOWN_RUNNING = 8  # trials that are named while they run
 
 
-class Lines:
-    """A line every few seconds, and one at the end."""
+def progress(*, quiet: bool = False) -> Progress:
+    """Who is told while trials run.
 
-    def __init__(self) -> None:
-        self._last = 0.0
+    Args:
+        quiet: Tell only what a user has to know now.
+    """
+    if quiet:
+        return Messages()
+    console = Console(stderr=True)
+    moving = sys.stderr is not None and sys.stderr.isatty() and not console.is_dumb_terminal
+    return Bar(console) if moving else Lines()
 
-    def start(self, summary: Summary) -> None:
-        """Say how much there is to do."""
-        tell(f"{summary.planned} trials, {_due(summary)} to run; {_counts(summary)}")
-        self._last = time.monotonic()
 
-    def update(self, summary: Summary) -> None:
-        """Say how far it is, if it is time."""
-        if time.monotonic() - self._last >= LINE_PERIOD:
-            self._last = time.monotonic()
-            tell(_line(summary))
+class Messages(Silent):
+    """Nothing but messages."""
 
     def message(self, text: str) -> None:
         """Written past Python's buffers, because a signal may come while they are in use."""
-        os.write(2, f"{text}\n".encode())
+        with suppress(OSError):
+            os.write(2, f"{text}\n".encode())
+
+
+class Lines(Messages):
+    """A line at the start, one a minute, and one at the end.
+
+    Args:
+        clock: Gives the time, in [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._last = clock, 0.0
+
+    def start(self, summary: Summary) -> None:
+        """Say how much there is to do."""
+        tell(f"{plural(summary.planned, 'trial')}, {_due(summary)} to run; {_counts(summary)}")
+        self._last = self._clock()
+
+    def update(self, summary: Summary) -> None:
+        """Say how far it is, if it is time."""
+        if self._clock() - self._last >= MINUTE:
+            self._last = self._clock()
+            tell(_line(summary))
 
     def finish(self, summary: Summary) -> None:
         """Say how far it came."""
-        if _ended(summary):
+        if ended(summary):
             tell(_line(summary))
 
 
-def _due(summary: Summary) -> int:
-    return _ended(summary) + summary.left
+class Bar(Silent):
+    """A bar with the time left, the counts below it, and what runs now below them.
+
+    Args:
+        console: Where it is drawn.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console, self._summary, self._told = console, Summary(), time.monotonic()
+        self._running: dict[str, str] = {}
+        self._messages: list[str] = []
+        self._live = Live(
+            get_renderable=self._picture, console=console, refresh_per_second=FRAMES_A_SECOND
+        )
+
+    def start(self, summary: Summary) -> None:
+        """Show the bar."""
+        self._summary = summary
+        self._live.start()
+
+    def started(self, trial: Started) -> None:
+        """One more trial runs."""
+        self._running = {**self._running, trial.trial_id: told(trial)}
+
+    def ended(self, trial: Ended) -> None:
+        """One less."""
+        left = self._running.items()
+        self._running = {key: text for key, text in left if key != trial.trial_id}
+
+    def update(self, summary: Summary) -> None:
+        """Move the bar."""
+        self._summary, self._told = summary, time.monotonic()
+
+    def message(self, text: str) -> None:
+        """Keep it below the bar; a signal may come while the bar is being drawn."""
+        self._messages.append(text)
+
+    def finish(self, summary: Summary) -> None:
+        """Leave the bar as it is."""
+        self._summary, self._running = summary, {}
+        self._live.stop()
+
+    def _picture(self) -> Group:
+        counts = Text(_counts(self._summary), style="dim")
+        running = list(self._running.values())[:SHOWN_RUNNING]
+        now = [Text(text, style="dim", no_wrap=True, overflow="ellipsis") for text in running]
+        return Group(self._bar(), counts, *now, *(Text(text) for text in self._messages))
+
+    def _bar(self) -> Table:
+        summary = self._summary
+        table = Table.grid(padding=(0, 1), expand=True)
+        table.width = min(WIDEST, self._console.width)
+        table.add_column(ratio=1)
+        table.add_column(no_wrap=True)
+        table.add_column(no_wrap=True)
+        bar = ProgressBar(total=max(1, _due(summary)), completed=ended(summary))
+        remaining = _remaining(summary, time.monotonic() - self._told)
+        table.add_row(bar, f"{ended(summary)}/{_due(summary)}", remaining)
+        return table
 
 
-def _ended(summary: Summary) -> int:
+def told(trial: Started) -> str:
+    """A trial by the varied values of its cell, `carpet_4mm, step_length 0.04, seed 3`."""
+    cell = _values(trial.cell)
+    return f"{cell}, seed {trial.seed}" if cell else f"seed {trial.seed}"
+
+
+def _values(cell: Mapping[str, object]) -> str:
+    """Names speak for themselves, numbers need the name of what they are."""
+    words = [str(value) for value in cell.values() if isinstance(value, str)]
+    numbers = [
+        f"{path.rpartition('.')[2]} {number(value)}"
+        for path, value in cell.items()
+        if not isinstance(value, str)
+    ]
+    return ", ".join(words + numbers)
+
+
+def ended(summary: Summary) -> int:
+    """Trials that this run has brought to an end."""
     return summary.done + summary.infeasible + summary.newly_failed
 
 
+def _due(summary: Summary) -> int:
+    return ended(summary) + summary.left
+
+
 def _counts(summary: Summary) -> str:
-    counts = f"{summary.cached} cached, {summary.infeasible} infeasible, {summary.failed} failed"
-    ended = _ended(summary)
-    return f"{counts}, {ended / summary.seconds:.2g} trials/s" if ended else counts
+    counts = f"{summary.cached} cached, {plural(summary.falls, 'fall')}, "
+    counts += f"{summary.infeasible} infeasible, {summary.failed} failed"
+    rate = ended(summary) / summary.seconds if summary.seconds else 0.0
+    return f"{counts}, {rate:.2g} trials/s" if rate else counts
 
 
 def _line(summary: Summary) -> str:
-    remaining = f", {_remaining(summary)}" if _remaining(summary) else ""
-    return f"{_ended(summary)} of {_due(summary)} run; {_counts(summary)}{remaining}"
+    remaining = _remaining(summary, 0.0)
+    return f"{ended(summary)} of {_due(summary)} run; {_counts(summary)}" + (
+        f", {remaining}" if remaining else ""
+    )
 
 
-def _remaining(summary: Summary) -> str:
-    time_left = summary.time_left
-    return f"{duration(time_left)} left" if time_left is not None and summary.left else ""
+def _remaining(summary: Summary, since: float) -> str:
+    """Time left, a time `since` in [s] after the counts; nothing where nothing is left or known."""
+    if summary.time_left is None or not summary.left:
+        return ""
+    return f"{duration(max(0.0, summary.time_left - since))} left"

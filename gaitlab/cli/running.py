@@ -27,7 +27,7 @@ from gaitlab.cli.printing import (
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from gaitlab.dispatch import Cost, Outlook, Standing, Summary
+    from gaitlab.dispatch import Cost, Outlook, Progress, Standing, Summary
     from gaitlab.store import Store
 
 MANY_TRIALS = 100_000  # more need --yes
@@ -62,6 +62,11 @@ def run(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the counts as one JSON object.")
     ] = False,
+    json_lines: Annotated[
+        bool,
+        typer.Option("--json-lines", help="Print every event as a JSON object, one a line."),
+    ] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")] = False,
     yes: Annotated[
         bool, typer.Option("--yes", help="Run even if it takes more than a day.")
     ] = False,
@@ -87,22 +92,39 @@ def run(
     if dry_run:
         found = outlook(wanted, results)
         due = sum(found.due(retry_failed).values())
-        say(_plan_text(found, cost(planned, due, workers), retry_failed, as_json))
+        needed = cost(planned, due, workers)
+        say(_plan_text(found, needed, retry_failed, as_json or json_lines))
         return 0
-    from gaitlab.cli.progress import progress
-
+    told = _told(quiet, json_lines)
     again = _arguments(experiment, settings, seeds, store)
     try:
         with other_output_on_stderr():
             summary = dispatch(
-                wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress()
+                wanted, results, jobs=workers, retry_failed=retry_failed, progress=told
             )
     except KeyboardInterrupt:
         tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
         return INTERRUPTED
     _tell_reasons(results, wanted.name, summary)
-    say(_summary_json(summary) if as_json else _summary_text(summary, again))
+    say(_outcome(summary, again, as_json, json_lines))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
+
+
+def _told(quiet: bool, json_lines: bool) -> Progress:
+    """Who is told of what happens meanwhile."""
+    from gaitlab.cli.events import JsonLines
+    from gaitlab.cli.progress import progress
+
+    return JsonLines() if json_lines else progress(quiet=quiet)
+
+
+def _outcome(summary: Summary, arguments: str, as_json: bool, json_lines: bool) -> str:
+    """What stdout ends with."""
+    from gaitlab.cli.events import end_line, summary_object
+
+    if json_lines:
+        return end_line(summary)
+    return json.dumps(summary_object(summary)) if as_json else _summary_text(summary, arguments)
 
 
 def _workers(jobs: int | None) -> int:
@@ -185,13 +207,6 @@ def _standing_cells(standing: Mapping[Standing, int], retry_failed: bool) -> lis
     if standing.get("failed before") and not retry_failed:
         reasons.append(f"{standing['failed before']} failed before, left (--retry-failed)")
     return [str(standing.get("cached", 0)), str(sum(due.values())), ", ".join(reasons)]
-
-
-def _summary_json(summary: Summary) -> str:
-    names = ("planned", "cached", "done", "infeasible", "failed", "newly_failed", "falls")
-    counts = {name: getattr(summary, name) for name in names}
-    rest = {"seconds": round(summary.seconds, 3), "interrupted": summary.interrupted}
-    return json.dumps({**counts, **rest})
 
 
 def _summary_text(summary: Summary, arguments: str) -> str:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
+
+from gaitlab.experiment import Value
+from gaitlab.store import State
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,8 +25,8 @@ class Summary:
         falls: Trials of the experiment in which the robot fell, cached ones included.
         seconds: Wall time of this run, in [s].
         interrupted: Stopped by Ctrl-C or SIGTERM; the rest is still to be done.
-        due_time: Simulated time of the trials that this run is to do, in [s].
-        done_time: Simulated time of those that it has done, in [s]; as planned, falls ignored.
+        time_left: Wall time until the end in [s], long trials weighing more and those on a ground
+            on which the robot soon falls less; None before the first has ended.
     """
 
     planned: int = 0
@@ -34,20 +38,42 @@ class Summary:
     falls: int = 0
     seconds: float = 0.0
     interrupted: bool = False
-    due_time: float = 0.0
-    done_time: float = 0.0
+    time_left: float | None = None
 
     @property
     def left(self) -> int:
         """Trials still to be done."""
         return self.planned - self.cached - self.done - self.infeasible - self.failed
 
-    @property
-    def time_left(self) -> float | None:
-        """Wall time until the end in [s], long trials weighing more; None before the first ends."""
-        if not self.done_time:
-            return None
-        return self.seconds * max(0.0, self.due_time - self.done_time) / self.done_time
+
+@dataclass(frozen=True, kw_only=True)
+class Started:
+    """A trial that has been given to a worker.
+
+    Attributes:
+        trial_id: Identity of the trial.
+        cell: Varied values by dotted path, and the ground under `surface`.
+        seed: Its seed.
+    """
+
+    trial_id: str
+    cell: Mapping[str, Value]
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ended(Started):
+    """A trial that has ended.
+
+    Attributes:
+        state: How.
+        stable: Whether the robot stayed up to the horizon; None if nothing was simulated.
+        reason: Why it has no result; empty if it has one.
+    """
+
+    state: State
+    stable: bool | None
+    reason: str
 
 
 class Progress(Protocol):
@@ -56,8 +82,14 @@ class Progress(Protocol):
     def start(self, summary: Summary) -> None:
         """The work is known; nothing has run."""
 
+    def started(self, trial: Started) -> None:
+        """A trial runs from now on."""
+
+    def ended(self, trial: Ended) -> None:
+        """A trial has ended; `update` with the new counts comes next."""
+
     def update(self, summary: Summary) -> None:
-        """A trial has ended."""
+        """The counts have changed: a trial has ended."""
 
     def message(self, text: str) -> None:
         """Something the user should know now."""
@@ -76,6 +108,16 @@ class Careful:
         """Pass it on."""
         with suppress(OSError):
             self._told.start(summary)
+
+    def started(self, trial: Started) -> None:
+        """Pass it on."""
+        with suppress(OSError):
+            self._told.started(trial)
+
+    def ended(self, trial: Ended) -> None:
+        """Pass it on."""
+        with suppress(OSError):
+            self._told.ended(trial)
 
     def update(self, summary: Summary) -> None:
         """Pass it on."""
@@ -97,6 +139,12 @@ class Silent:
     """Tells nothing."""
 
     def start(self, summary: Summary) -> None:
+        """Nothing."""
+
+    def started(self, trial: Started) -> None:
+        """Nothing."""
+
+    def ended(self, trial: Ended) -> None:
         """Nothing."""
 
     def update(self, summary: Summary) -> None:

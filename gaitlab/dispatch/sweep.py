@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from gaitlab.dispatch.basis import Past, basis
+from gaitlab.dispatch.forecast import Forecast, Kind
 from gaitlab.dispatch.outlook import CACHED, FAILED_BEFORE, cost, standings
 from gaitlab.dispatch.signals import stoppable
-from gaitlab.dispatch.summary import Careful, Progress, Silent, Summary
+from gaitlab.dispatch.summary import Careful, Ended, Progress, Silent, Started, Summary
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.executors import Executor, Job, Outcome, Processes, Serial, simulated
 from gaitlab.experiment import Experiment
@@ -54,7 +55,9 @@ def dispatch(
     """
     with store.lock() as held:
         told = Careful(progress or Silent())
-        return _Sweep(experiment, store, held, retry_failed, told).run(_executor(store, jobs))
+        forecast = Forecast(workers=jobs)
+        sweep = _Sweep(experiment, store, held, retry_failed, told, forecast)
+        return sweep.run(_executor(store, jobs))
 
 
 @dataclass
@@ -66,9 +69,12 @@ class _Sweep:
     held: Held
     retry_failed: bool
     progress: Progress
+    forecast: Forecast
     summary: Summary = field(default_factory=Summary)
     start: float = field(default_factory=time.monotonic)
     order: list[str] = field(default_factory=list)  # ids of the plan, each made only once
+    kinds: dict[str, Kind] = field(default_factory=dict)  # of the trials of the plan, by id
+    running: dict[str, Started] = field(default_factory=dict)  # trials that workers have, by id
 
     def run(self, executor: Executor) -> Summary:
         """Run what is missing until it is done or somebody stops it."""
@@ -87,10 +93,10 @@ class _Sweep:
         self.progress.start(self.summary)
         self._warn_of_little_room(planned)
         try:
-            with closing(executor.run(_jobs(planned, self.order, todo))) as outcomes:
+            with closing(executor.run(self._launched(planned, todo))) as outcomes:
                 for outcome in outcomes:
                     self.held.check()
-                    self._keep(outcome, todo)
+                    self._keep(outcome)
         finally:
             self.progress.finish(self.summary)
 
@@ -103,7 +109,7 @@ class _Sweep:
         index, times = self.store.compact(), dict[str, float]()
         parts = basis(self.experiment)
         past = Past(parts, self.store.earlier(self.experiment.name))
-        trials = _timed(planned, times, self.order)
+        trials = self._timed(planned, times)
         listed = self.store.register(self.experiment, trials, parts)
         standing = standings(index, past)
         stands = {wanted.trial_id: standing(wanted) for wanted in listed.trials}
@@ -116,19 +122,42 @@ class _Sweep:
             cached=counts[CACHED],
             failed=0 if self.retry_failed else counts[FAILED_BEFORE],
             falls=sum(index.entries[i].fell for i in stands if i in index.entries),
-            due_time=sum(todo.values()),
         )
+        for trial_id, seconds in todo.items():
+            self.forecast.expect(self.kinds[trial_id], seconds)
         return todo
 
-    def _keep(self, outcome: Outcome, times: Mapping[str, float]) -> None:
+    def _timed(self, planned: Plan, times: dict[str, float]) -> Iterator[PlannedTrial]:
+        """The trials of a plan, noting their ids, and their time if the robot stays up in [s]."""
+        for item in planned.trials():
+            trial, names = item.trial, item.trial.names
+            self.order.append(trial.id)
+            self.kinds[trial.id] = (names.robot, names.surface)
+            times[trial.id] = duration(trial.gait, trial.horizon)
+            yield item
+
+    def _launched(self, planned: Plan, todo: Mapping[str, float]) -> Iterator[Job]:
+        """The jobs, telling of each as an executor takes it, for it takes what it starts."""
+        for job, item in _jobs(planned, self.order, todo):
+            started = Started(trial_id=job.trial_id, cell=item.values, seed=item.trial.seed)
+            self.running[job.trial_id] = started
+            kind, seconds = self.kinds[job.trial_id], todo[job.trial_id]
+            self.forecast.start(job.trial_id, kind, seconds, time.monotonic())
+            self.progress.started(started)
+            yield job
+
+    def _keep(self, outcome: Outcome) -> None:
         """Note one outcome and tell of it."""
         record = outcome.record or _settle(self.store, outcome)
         self.store.note(record)
+        now = time.monotonic()
+        self.forecast.end(record.trial_id, now, _wall_time(outcome))
         self.summary = replace(
             _counted(self.summary, record),
-            seconds=time.monotonic() - self.start,
-            done_time=self.summary.done_time + times[record.trial_id],
+            seconds=now - self.start,
+            time_left=self.forecast.time_left(now),
         )
+        self.progress.ended(_ended(self.running.pop(record.trial_id), record))
         self.progress.update(self.summary)
 
     def _stop(self, executor: Executor, number: int) -> None:
@@ -159,15 +188,9 @@ def _executor(store: Store, jobs: int) -> Executor:
     return Processes(task, jobs) if jobs else Serial(task)
 
 
-def _timed(planned: Plan, times: dict[str, float], order: list[str]) -> Iterator[PlannedTrial]:
-    """The trials of a plan, noting their ids, and how long each is if the robot stays up in [s]."""
-    for item in planned.trials():
-        order.append(item.trial.id)
-        times[item.trial.id] = duration(item.trial.gait, item.trial.horizon)
-        yield item
-
-
-def _jobs(planned: Plan, order: Sequence[str], todo: Mapping[str, float]) -> Iterator[Job]:
+def _jobs(
+    planned: Plan, order: Sequence[str], todo: Mapping[str, float]
+) -> Iterator[tuple[Job, PlannedTrial]]:
     """The trials that are due, in the order of the plan, each once and only when asked for."""
     left = set(todo)
     for trial_id, item in zip(order, planned.trials(), strict=True):
@@ -176,7 +199,7 @@ def _jobs(planned: Plan, order: Sequence[str], todo: Mapping[str, float]) -> Ite
         if trial_id in left:
             left.remove(trial_id)
             timeout = TIMEOUT + TIMEOUT_RATIO * todo[trial_id]
-            yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout)
+            yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout), item
 
 
 def _megabytes(size: float) -> str:
@@ -208,6 +231,23 @@ def _counted(summary: Summary, record: TrialRecord) -> Summary:
     if record.state == "INFEASIBLE":
         return replace(summary, infeasible=summary.infeasible + 1)
     return replace(summary, failed=summary.failed + 1, newly_failed=summary.newly_failed + 1)
+
+
+def _wall_time(outcome: Outcome) -> float | None:
+    """Wall time of the trial alone in [s], without the start of its worker; None if unknown."""
+    found = outcome.record.provenance.get("wall_time") if outcome.record else None
+    return found if isinstance(found, float) else None
+
+
+def _ended(started: Started, record: TrialRecord) -> Ended:
+    return Ended(
+        trial_id=started.trial_id,
+        cell=started.cell,
+        seed=started.seed,
+        state=record.state,
+        stable=bool(record.metrics.get("stable")) if record.state == "DONE" else None,
+        reason=record.reason.partition("\n")[0],
+    )
 
 
 def _fell(metrics: Mapping[str, Scalar]) -> bool:

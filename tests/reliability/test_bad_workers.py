@@ -54,7 +54,7 @@ def test_the_time_out_of_a_trial_goes_by_its_own_horizon(tmp_path: Path) -> None
     planned = plan(sweeps.experiment("grid.horizon.time=[1.0, 30.0]", "horizon.cycles=1000"))
     trials = [item.trial for item in planned.trials()]
     times = {trial.id: duration(trial.gait, trial.horizon) for trial in trials}
-    timeouts = {job.trial_id: job.timeout for job in _jobs(planned, list(times), times)}
+    timeouts = {job.trial_id: job.timeout for job, _ in _jobs(planned, list(times), times)}
     for trial in trials:
         assert timeouts[trial.id] == TIMEOUT + TIMEOUT_RATIO * times[trial.id]
     assert max(timeouts.values()) - min(timeouts.values()) > 20.0 * TIMEOUT_RATIO
