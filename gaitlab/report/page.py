@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gaitlab.report.cells import cell_tables, legend, paper_verdicts
+from gaitlab.report.comparison import comparison
 from gaitlab.report.falls import fall_phases, falls_table, metrics_table, reasons
 from gaitlab.report.figure_style import save
 from gaitlab.report.figures import fall_phases as fall_phases_figure
@@ -62,6 +63,7 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
         PAPER_ROWS if compared_tables(results) else "",
         _what_this_says(results, sources),
         _cells(results, folder),
+        comparison(results),
         _pitch(results, folder),
         _falls(results, folder),
         _metrics(results),

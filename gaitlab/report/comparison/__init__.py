@@ -1,0 +1,110 @@
+"""Which of the variants of a page walks better, in what, by how much, and what n would tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gaitlab.report.comparison.contrast import (
+    Contrast,
+    Verdict,
+    metric_contrast,
+    stable_contrast,
+    verdicts,
+)
+from gaitlab.report.comparison.grid import cell_grid
+from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.comparison.tables import difference, surface_table, whole_table
+from gaitlab.report.markdown import escape, section
+from gaitlab.report.results import Results
+from gaitlab.report.variants import Variant
+from gaitlab.report.words import plural
+
+__all__ = ["comparison"]
+
+METRICS = ("distance", "walking_speed", "pitch_amplitude", "cost_of_transport")
+MOST_VARIANTS = 12  # that are set against the first one; more make no page
+HOW_TO_READ = """\
+*better* and *worse* hold for all lines of a comparison together: of twenty comparisons without any
+difference at most one names one (Holm); where nothing is said, the runs cannot tell. Pairs have the
+same cell and seed. Stable runs: exact McNemar test, interval of Bonett and Price. Other measures:
+signed ranks, and the mean difference with its bootstrap interval (BCa). Without common seeds: exact
+test over cells and Newcombe's interval; ranks within cells and a normal interval. Distance counts
+falls; every other measure is taken over runs that stayed up and covered half of the commanded
+distance, both of a pair. *Seeds that would tell*: a cell, for 80 % power at the difference seen,
+5 % two-sided, that line alone."""
+
+
+def comparison(results: Results) -> str:
+    """The section on how variants differ, as Markdown; empty when there is only one."""
+    order = in_order(results)
+    if len(order) < 2:
+        return ""
+    first, *others = order
+    shown = others[:MOST_VARIANTS]
+    rest = len(others) - len(shown)
+    more = f"{plural(rest, 'further variant')} left out." if rest else ""
+    blocks = [_against(results, first, other) for other in shown]
+    return section("Comparison", *blocks, more, HOW_TO_READ)
+
+
+def in_order(results: Results) -> list[Variant]:
+    """Variants; of several experiments, in the order in which these were asked for."""
+    if results.trials["experiment"].nunique() < 2:
+        return list(results.variants)
+    seen = list(dict.fromkeys(results.trials["variant"]))
+    return sorted(results.variants, key=lambda variant: seen.index(variant.label))
+
+
+def _against(results: Results, first: Variant, second: Variant) -> str:
+    """Heading, sentence and tables of one variant against the first."""
+    runs = matched(results, first, second)
+    title = f"### {escape(second.label)} against {escape(first.label)}"
+    if not runs.n:
+        return f"{title}\n\nThey share no cell that both have walked: nothing to compare."
+    parts = _by_surface(runs)
+    metrics = results.metrics or METRICS
+    table, *columns = [_contrasts(part, metrics) for part in (runs, *parts.values())]
+    said = verdicts([contrast for column in (table, *columns) for contrast in column])
+    blocks = [
+        title,
+        _sentence(runs, table[0], said[0], first, second),
+        whole_table((first.label, second.label), table, said[: len(table)]),
+        surface_table(list(parts), columns, said[len(table) :]) if parts else "",
+        cell_grid(results, first, second),
+    ]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _contrasts(runs: Matched, metrics: Sequence[str]) -> list[Contrast]:
+    return [stable_contrast(runs), *(metric_contrast(runs, name) for name in metrics)]
+
+
+def _by_surface(runs: Matched) -> dict[str, Matched]:
+    """The runs of each ground; empty when there is only one."""
+    names = list(dict.fromkeys(runs.first["surface"]))
+    return {str(name): runs.only("surface", name) for name in names} if len(names) > 1 else {}
+
+
+def _sentence(
+    runs: Matched, stable: Contrast, verdict: Verdict, first: Variant, second: Variant
+) -> str:
+    here, there = f"*{escape(second.label)}*", f"*{escape(first.label)}*"
+    found = {
+        "better": f"{here} stays up more often than {there}",
+        "worse": f"{here} stays up less often than {there}",
+    }.get(verdict, f"{here} and {there} cannot be told apart in staying up")
+    cells = plural(runs.cells, "cell")
+    counted = (
+        f"{runs.n} pair{'' if runs.n == 1 else 's'} of runs with equal cell and seed in {cells}"
+        if runs.paired
+        else f"{len(runs.second)} and {len(runs.first)} runs in {cells}, without common seeds"
+    )
+    return f"{found}: {difference(stable)} over {counted}.{_unshared(runs)}"
+
+
+def _unshared(runs: Matched) -> str:
+    if not runs.unshared:
+        return ""
+    verb = "is" if runs.unshared == 1 else "are"
+    cells = plural(runs.unshared, "cell")
+    return f" {cells} that only one of them has walked {verb} left out."
