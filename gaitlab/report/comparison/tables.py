@@ -19,14 +19,7 @@ def whole_table(
     labels: tuple[str, str], contrasts: Sequence[Contrast], said: Sequence[Verdict]
 ) -> str:
     """One row a quantity, over all cells."""
-    header = [
-        "",
-        *map(escape, labels),
-        "difference [95 %]",
-        "n",
-        "verdict",
-        "seeds that would tell",
-    ]
+    told = ("difference [95 %]", "n", "verdict", "seeds that would tell")
     rows = [_row(contrast, verdict) for contrast, verdict in zip(contrasts, said, strict=True)]
     return table(["", *map(escape, labels), *told], rows, "lrrrrlr")
 
