@@ -36,6 +36,10 @@ def fair_memory(workers: int) -> int:
     return max(LEAST_MEMORY, total // max(1, workers))
 
 
+def _first_attempt(job: Job) -> tuple[Job, int]:
+    return job, 1
+
+
 class Processes:
     """Trials in worker processes.
 
@@ -72,12 +76,15 @@ class Processes:
     def run(self, jobs: Iterable[Job]) -> Generator[Outcome, None, None]:
         """Keep every worker busy until the jobs end or `drain` is called.
 
+        The jobs may seem to end and go on: whoever adds some while an outcome is looked at finds
+        the same workers, still warm.
+
         Closing the iterator kills the trials that still run.
 
         Raises:
             Exception: What the task itself raised in a worker, a `StoreError` for instance.
         """
-        waiting = ((job, 1) for job in jobs)
+        waiting = map(_first_attempt, jobs)  # unlike a generator, it goes on after an end
         try:
             while self._assign(waiting):
                 for worker in self._ready():

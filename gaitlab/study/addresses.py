@@ -1,0 +1,102 @@
+"""Where the database of a search is: a file of the store, or a server that machines share."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from optuna.exceptions import StorageInternalError
+from optuna.storages import RDBStorage
+from sqlalchemy import make_url
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.pool import NullPool
+
+from gaitlab.errors import StoreError
+from gaitlab.store import Store
+
+PATIENCE = 60.0  # s to wait while another program, a dashboard for instance, reads the file
+CONNECT_TIME = 10  # s to wait for a server
+FOLDER, FILE = "studies", "study.db"  # of a store
+DRIVERS = {
+    "postgresql": "pip install psycopg2-binary",
+    "mysql": "pip install PyMySQL, and write mysql+pymysql://",
+}
+
+
+def database_file(store: Store, name: str) -> Path:
+    """The default database of a search."""
+    return store.path / FOLDER / name / FILE
+
+
+def file_storage(path: Path) -> RDBStorage:
+    """The database in a file, which is made if need be.
+
+    Raises:
+        StoreError: If it cannot be opened.
+    """
+    with understood(str(path), path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # By a creator, because a path with a `%` or `{` in it makes no address.
+        return RDBStorage(
+            "sqlite://",
+            engine_kwargs={
+                "creator": lambda: sqlite3.connect(path, timeout=PATIENCE),
+                "poolclass": NullPool,
+            },
+        )
+
+
+def server_storage(address: str) -> RDBStorage:
+    """The database that an address names.
+
+    Raises:
+        StoreError: If it cannot be reached.
+    """
+    with understood(shown(address)):
+        kind = make_url(address).get_backend_name()
+        waiting = {"connect_timeout": CONNECT_TIME} if kind in DRIVERS else {}
+        return RDBStorage(address, engine_kwargs={"connect_args": waiting, "pool_pre_ping": True})
+
+
+def shown(address: str) -> str:
+    """An address without its password."""
+    try:
+        return make_url(address).render_as_string(hide_password=True)
+    except SQLAlchemyError:
+        return address
+
+
+@contextmanager
+def understood(where: str, file: Path | None = None) -> Iterator[None]:
+    """What a database refuses, in the user's words.
+
+    Raises:
+        StoreError: If it refuses.
+    """
+    try:
+        yield
+    except (SQLAlchemyError, StorageInternalError, ImportError, sqlite3.Error, OSError) as error:
+        raise StoreError(f"{where}: {_advice(error, file)}") from error
+    except RuntimeError as error:  # another version's tables
+        raise StoreError(f"{where}: {error}") from error
+
+
+def _advice(error: Exception, file: Path | None) -> str:
+    cause = error.__cause__ or error
+    reason = " ".join(str(cause).partition("[SQL:")[0].partition("(Background")[0].split())
+    if isinstance(error, ImportError):
+        drivers = "; ".join(f"for {kind} {how}" for kind, how in DRIVERS.items())
+        return f"its driver is not installed ({reason}): {drivers}"
+    if file is not None:
+        return (
+            f"the database of the search cannot be used ({reason}). Put the file right, or move it "
+            "away: `gaitlab optimize` makes it anew from the trials of the store, which are safe"
+        )
+    return (
+        f"the database cannot be used ({reason}). An address looks like "
+        "postgresql://user:password@host/name, mysql+pymysql://user:password@host/name or "
+        "sqlite:///file.db; is the server running, and may you use it? What is committed is safe; "
+        "the same command goes on from there"
+    )
