@@ -65,10 +65,20 @@ def write_list(
     basis: Mapping[str, str],
 ) -> TrialList:
     """Keep the experiment's file and the list of its trials; the list before it is kept too."""
+    return write_listed(experiments, experiment, map(listed, planned), basis)
+
+
+def write_listed(
+    experiments: Path,
+    experiment: Experiment,
+    lines: Iterable[Listed],
+    basis: Mapping[str, str],
+) -> TrialList:
+    """The same from the lines of the list: a search knows its trials without planning them."""
     folder = experiments / checked_name(experiment.name)
     unique: dict[str, Listed] = {}
-    for item in planned:
-        unique.setdefault(item.trial.id, listed(item))
+    for line in lines:
+        unique.setdefault(line.trial_id, line)
     found = TrialList(
         experiment=experiment.name,
         digest=experiment.digest,

@@ -22,7 +22,14 @@ from gaitlab.store.index import (
     reconcile,
     write_entries,
 )
-from gaitlab.store.lists import TrialList, earlier_lists, read_list, write_list
+from gaitlab.store.lists import (
+    Listed,
+    TrialList,
+    earlier_lists,
+    read_list,
+    write_list,
+    write_listed,
+)
 from gaitlab.store.lock import Held, locked
 from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import State, TrialRecord
@@ -230,6 +237,12 @@ class Store:
             basis: Digest of each part that its cells share, by what the part is called.
         """
         return write_list(self._experiments, experiment, planned, basis)
+
+    def register_lines(
+        self, experiment: Experiment, lines: Iterable[Listed], basis: Mapping[str, str] = NOTHING
+    ) -> TrialList:
+        """As `register`, for a search: it proposes its trials as it goes."""
+        return write_listed(self._experiments, experiment, lines, basis)
 
     def earlier(self, experiment: str) -> list[TrialList]:
         """What an experiment of this name has asked for so far, the newest list first."""
