@@ -62,7 +62,8 @@ class Browser:
         return dict(json.loads(line))
 
     def open(self, page: Path) -> None:
-        """Load a file and wait until it is there."""
+        """Load a file and wait until it is there; what happened before is forgotten."""
+        self.events.clear()
         self.ask("Page.navigate", url=page.resolve().as_uri())
         while not any(event["method"] == "Page.loadEventFired" for event in self.events):
             self.events.append(self._message())

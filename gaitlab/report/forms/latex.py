@@ -29,8 +29,7 @@ _ESCAPED = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
-    '"': r"\textquotedbl{}",
-    "'": r"'",
+    '"': "''",  # the plain sign is missing from TeX's first encoding, and active in German
     "`": r"\textasciigrave{}",
     "\u00a0": "~",
     "–": "--",
