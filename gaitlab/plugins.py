@@ -39,6 +39,7 @@ BESIDE_PACKAGE: dict[str, str] = {
     "motion": "motions",
     "experiment": "experiments",
 }
+WITHIN: dict[str, tuple[str, ...]] = {"experiment": ("studies",)}  # folders that names reach into
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gait": (".py",),
     "robot": (".py",),
@@ -73,7 +74,12 @@ def folders(kind: Kind) -> list[Path]:
         return [PACKAGE / IN_PACKAGE[kind]]
     folder = BESIDE_PACKAGE[kind]
     wheel = PACKAGE / "shipped" / folder
-    return [Path.cwd() / folder, wheel if wheel.is_dir() else PACKAGE.parent / folder]
+    places = [Path.cwd() / folder, wheel if wheel.is_dir() else PACKAGE.parent / folder]
+    return [found for place in places for found in (place, *_within(kind, place))]
+
+
+def _within(kind: Kind, folder: Path) -> list[Path]:
+    return [folder / name for name in WITHIN.get(kind, ())]
 
 
 def names(kind: Kind) -> list[str]:

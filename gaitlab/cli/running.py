@@ -80,12 +80,13 @@ def run(
       gaitlab run eros_quick -j 2 --set gait.step_height=0.02
     """
     from gaitlab.dispatch import cost, dispatch, outlook
-    from gaitlab.experiment import load_experiment
+    from gaitlab.experiment import load_experiment, refuse_study
     from gaitlab.plan import plan
     from gaitlab.store import Store
 
     with other_output_on_stderr():
         wanted = load_experiment(experiment, settings or (), seeds)
+    refuse_study(wanted)
     results, workers = Store(store), _workers(jobs)
     planned = plan(wanted)
     _refuse_large(cost(planned, planned.size, workers), yes)

@@ -21,6 +21,8 @@ SI units and radians throughout. Keys:
       gait.landing_deceleration: [none, log_tail]
     one_at_a_time:                  the base, then each path varied alone
       gait.step_height: [0.02, 0.03, 0.04]
+    study:                          parameters that are searched, instead of varied: a file for
+      {...}                           `gaitlab optimize`, see `gaitlab.experiment.study_reading`
     seeds: 10                       seeds 0 to 9, or a list of seeds
     horizon: {cycles: 9, distance: 6.0, time: 60.0}     whichever comes first
     engine: {dt: 0.002}
@@ -38,6 +40,7 @@ from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.experiment import Experiment, load_experiment
 from gaitlab.experiment.parts import Parts, Value, changed, try_out
+from gaitlab.experiment.purposes import refuse_study, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 
@@ -52,5 +55,7 @@ __all__ = [
     "changed",
     "combinations",
     "load_experiment",
+    "refuse_study",
+    "study_of",
     "try_out",
 ]

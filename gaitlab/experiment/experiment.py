@@ -18,6 +18,7 @@ from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.experiment.study import Study
+from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
 from gaitlab.plugins import locate
 
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
@@ -111,10 +112,12 @@ def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
 
 
 def _experiment(path: Path, tree: Node, text: str) -> Experiment:
-    (sections, parts, axes), walkers = _read(tree)
+    (sections, parts, axes, study), walkers = _read(tree)
     seeds = _seeds(sections.seeds)
     name = sections.name or path.stem
-    report = read_layout(tree, sections, axes)
+    # A base file lays out what its grids vary; a study has a page of its own.
+    layout = ReportSettings(title=sections.report.title or sections.title)
+    report = layout if study else read_layout(tree, sections, axes)
     _check_name(tree, name)
     return Experiment(
         name=name,
@@ -122,13 +125,14 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
         description=sections.description,
         path=path,
         text=text,
-        digest=digest(walkers or {"": parts}, axes, seeds, report, None),
+        digest=digest(walkers or {"": parts}, axes, seeds, report, study),
         parts=parts,
         walkers=walkers,
         axes=axes,
         seeds=seeds,
         log_every=sections.log.every,
         report=report,
+        study=study,
     )
 
 
@@ -138,10 +142,12 @@ class _Walk(NamedTuple):
     sections: Sections
     parts: Parts
     axes: tuple[Axis, ...]
+    study: Study | None
 
 
 def _read(tree: Node) -> tuple[_Walk, dict[str, Parts]]:
     """The file of the first walker, and the parts of all; they move along an axis of their own."""
+    refuse_beside_study(tree)
     trees = walker_trees(tree)
     if not trees:
         return _walk(tree), {}
@@ -171,8 +177,22 @@ def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
 def _walk(tree: Node) -> _Walk:
     sections = build(Sections, tree, skip=())
     columns = varied_columns(sections)
-    parts = read_parts(sections, first_values(columns))
-    return _Walk(sections, parts, read_axes(sections, parts, columns))
+    given = {**first_values(columns), **searched_values(sections.study)}
+    try:
+        parts = read_parts(sections, given)
+    except FileError as error:
+        raise FileError([*error.problems, *_study_problems(sections)]) from error
+    study = read_study(sections.study, parts, _seeds(sections.seeds))
+    return _Walk(sections, parts, read_axes(sections, parts, columns), study)
+
+
+def _study_problems(sections: Sections) -> list[Problem]:
+    """What is wrong with a study whose robot, gait or grounds are wrong already."""
+    try:
+        read_study(sections.study, None, _seeds(sections.seeds))
+    except FileError as error:
+        return error.problems
+    return []
 
 
 def _check_name(tree: Node, name: str) -> None:

@@ -28,10 +28,11 @@ NOWHERE: dict[tuple[str, Direction], float] = {
     ("walking_speed", "maximize"): 0.0,  # m/s
     ("footsteps", "maximize"): 0.0,
 }
-# Metrics that only a fallen trial has, with what to ask for instead.
-OF_FALLS_ONLY: dict[str, str] = {
-    "time_to_fall": "upright_time",
-    "fall_phase": "upright_time",
+# Metrics that candidates are not compared by: why, and what to ask for instead.
+MISLEADING: dict[str, tuple[str, str]] = {
+    "time_to_fall": ("only a trial that fell has it", "upright_time"),
+    "fall_phase": ("only a trial that fell has it", "upright_time"),
+    "walked_time": ("a walk that ends early because it is fast has less of it", "upright_time"),
 }
 # Of falling, asked for the other way round.
 BACKWARDS: dict[tuple[str, Direction], str] = {

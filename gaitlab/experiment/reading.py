@@ -19,6 +19,8 @@ WALKER_KEYS = ("name", "include", *HANDED_DOWN)
 LISTED = ("variants", "metrics")  # of the report: a name alone stands for a list of one
 TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
+SEARCHED = "study.search."  # what the dotted path of a searched parameter follows
+ENDS = ("low", "high", "step", "log")  # keys of a searched range that can be set alone
 OWN = ("name", "title", "description")  # keys that a base file does not hand down
 
 
@@ -182,6 +184,12 @@ def apply_setting(tree: Node, setting: str) -> Node:
                 f"--set {setting}: the file varies {path} under {section}, so the value would "
                 f"change nothing; write --set '{section}.{path}=[{text}]'"
             )
+    if path in _searched(tree):
+        raise UsageError(
+            f"--set {setting}: the study searches {path}, so the value would change nothing; "
+            f"write --set 'study.search.{path}={{low: ..., high: ...}}', or delete it from "
+            "the file's search"
+        )
     value = parse(text, Path(f"--set {shown}"), placed=False)
     changed = _set(tree, _steps(path), value)
     return _with_types(_on_base(tree, changed) if path in TYPED else changed)
@@ -193,7 +201,16 @@ def _varied(tree: Node, section: str) -> set[str]:
     return {path for part in parts for path in part.mapping}
 
 
+def _searched(tree: Node) -> set[str]:
+    study = tree.mapping.get("study", tree)
+    return set(study.mapping["search"].mapping) if "search" in study.mapping else set()
+
+
 def _steps(path: str) -> list[str]:
+    if path.startswith(SEARCHED):
+        parameter, dot, end = path.removeprefix(SEARCHED).rpartition(".")
+        whole = [f"{parameter}{dot}{end}"] if end not in ENDS else [parameter, end]
+        return [*SEARCHED.strip(".").split("."), *whole]
     head, _, rest = path.partition(".")
     return [head, rest] if head in PATHS_AS_KEYS and rest else path.split(".")
 

@@ -74,6 +74,9 @@ class Sections:
     one_at_a_time: Node | None = parameter(
         None, unit="-", doc="dotted paths, each varied while the others keep their base"
     )
+    study: Node | None = parameter(
+        None, unit="-", doc="parameters that are searched, instead of varied"
+    )
     seeds: Node | None = parameter(None, unit="-", doc="number of replicates or list of seeds")
     horizon: Horizon = field(default_factory=Horizon)
     engine: EngineSettings = field(default_factory=EngineSettings)

@@ -1,0 +1,36 @@
+"""Whether a file is to be run as it stands or to be searched."""
+
+from __future__ import annotations
+
+from gaitlab.errors import UsageError
+from gaitlab.experiment.experiment import Experiment
+from gaitlab.experiment.study import Study
+
+
+def study_of(experiment: Experiment) -> Study:
+    """What an experiment file asks to search.
+
+    Raises:
+        UsageError: If it is no study.
+    """
+    if experiment.study is None:
+        raise UsageError(
+            f"{experiment.name} is an experiment and no study: it has nothing to search. Walk it "
+            f"with `gaitlab run {experiment.name}`, or give it a section `study:`; "
+            "`gaitlab list experiments` says which files are studies"
+        )
+    return experiment.study
+
+
+def refuse_study(experiment: Experiment) -> None:
+    """Refuse a study where all trials have to be known beforehand.
+
+    Raises:
+        UsageError: If the experiment is a study.
+    """
+    if experiment.study is not None:
+        raise UsageError(
+            f"{experiment.name} is a study: its parameters are searched, not varied. Search with "
+            f"`gaitlab optimize {experiment.name}`; `--export best.yaml` there writes an "
+            "experiment that `gaitlab run` walks"
+        )
