@@ -27,6 +27,7 @@ from gaitlab.cli.printing import (
 from gaitlab.errors import FileError, UnknownName
 
 if TYPE_CHECKING:
+    from gaitlab.experiment import Study
     from gaitlab.plugins import Kind
     from gaitlab.store import Store
 
@@ -89,10 +90,12 @@ def _summary(kind: Kind, name: str) -> str:
     if path.suffix == ".py":
         return (ast.get_docstring(ast.parse(path.read_bytes())) or "").partition("\n")[0]
     try:
-        described = load(path).mapping.get("title" if kind == "experiment" else "description")
+        found = load(path).mapping
     except FileError as error:
         return f"wrong file: {error.problems[0].message}"
-    return " ".join(str(described.value).split()) if described else ""
+    described = found.get("title" if kind == "experiment" else "description")
+    text = " ".join(str(described.value).split()) if described else ""
+    return f"study: {text}" if kind == "experiment" and "study" in found else text
 
 
 def show(
@@ -219,19 +222,37 @@ def _experiment_text(name: str) -> str:
 
     experiment = load_experiment(name)
     planned = plan(experiment)
-    axes = [f"{axis}" for axis in experiment.varied]
     lines = [
         experiment.title,
         experiment.description,
         f"file: {experiment.path}",
         f"surfaces: {', '.join(experiment.parts.surfaces)}",
-        f"varied: {', '.join(axes) or 'nothing'}",
         f"seeds: {len(experiment.seeds)}",
-        f"{plural(planned.cell_count, 'cell')}, {plural(planned.size, 'trial')} of up to "
-        f"{duration(planned.seconds)}",
-        f"`gaitlab run {name} --dry-run` says what would run",
     ]
+    if experiment.study is not None:
+        lines += _study_lines(name, experiment.study, planned.size, planned.seconds)
+    else:
+        lines += [
+            f"varied: {', '.join(experiment.varied) or 'nothing'}",
+            f"{plural(planned.cell_count, 'cell')}, {plural(planned.size, 'trial')} of up to "
+            f"{duration(planned.seconds)}",
+            f"`gaitlab run {name} --dry-run` says what would run",
+        ]
     return "\n".join(line for line in lines if line)
+
+
+def _study_lines(name: str, study: Study, trials: int, seconds: float) -> list[str]:
+    """What is searched, for what, and how much there is to walk."""
+    space = [[item.path, item.text, item.when.text if item.when else ""] for item in study.search]
+    return [
+        f"sampler: {study.sampler}, {plural(study.trials, 'candidate')} in batches of "
+        f"{study.batch}",
+        f"each candidate: up to {plural(trials, 'trial')} of up to {duration(seconds)}",
+        *(f"objective: {objective.text}" for objective in study.objectives),
+        *(f"constraint: {constraint.text}" for constraint in study.constraints),
+        columns(["searched", "values", "only when"], space),
+        f"`gaitlab optimize {name} --dry-run` says what would run",
+    ]
 
 
 def _trial_text(results: Store, prefix: str) -> str:

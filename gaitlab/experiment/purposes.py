@@ -16,8 +16,8 @@ def study_of(experiment: Experiment) -> Study:
     if experiment.study is None:
         raise UsageError(
             f"{experiment.name} is an experiment and no study: it has nothing to search. Walk it "
-            f"with `gaitlab run {experiment.name}`, or give it a section `study:`; "
-            "`gaitlab list experiments` says which files are studies"
+            "with `gaitlab run` in place of `gaitlab optimize`, or write a section `study:` "
+            "instead of what it varies; `gaitlab list experiments` says which files are studies"
         )
     return experiment.study
 
@@ -31,6 +31,6 @@ def refuse_study(experiment: Experiment) -> None:
     if experiment.study is not None:
         raise UsageError(
             f"{experiment.name} is a study: its parameters are searched, not varied. Search with "
-            f"`gaitlab optimize {experiment.name}`; `--export best.yaml` there writes an "
+            "`gaitlab optimize` in place of `gaitlab run`; its `--export best.yaml` writes an "
             "experiment that `gaitlab run` walks"
         )

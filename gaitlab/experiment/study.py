@@ -27,6 +27,11 @@ class Condition:
     path: str
     values: tuple[Value, ...]
 
+    @property
+    def text(self) -> str:
+        """The condition as a sentence says it: `gait.heel_strike = add`."""
+        return f"{self.path} = {' or '.join(map(_shown, self.values))}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers:
@@ -50,6 +55,13 @@ class Numbers:
     integer: bool = False
     when: Condition | None = None
 
+    @property
+    def text(self) -> str:
+        """The range in words: `0.01 to 0.06 in steps of 0.01`."""
+        steps = f" in steps of {self.step:g}" if self.step else ""
+        kind = ", whole" if self.integer else ""
+        return f"{self.low:g} to {self.high:g}{steps}{kind}{', by ratio' if self.log else ''}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
@@ -65,6 +77,11 @@ class Choices:
     options: tuple[Value, ...]
     when: Condition | None = None
 
+    @property
+    def text(self) -> str:
+        """The choices in words: `none, add`."""
+        return ", ".join(map(_shown, self.options))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Aggregate:
@@ -78,6 +95,13 @@ class Aggregate:
 
     kind: Literal["mean", "worst", "quantile", "cvar"] = "mean"
     share: float = 1.0
+
+    @property
+    def text(self) -> str:
+        """The aggregate in words: `mean`, `worst`, `25 % quantile`, `mean of the worst 25 %`."""
+        if self.kind == "quantile":
+            return f"{100.0 * self.share:g} % quantile"
+        return f"mean of the worst {100.0 * self.share:g} %" if self.kind == "cvar" else self.kind
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +122,11 @@ class Objective:
     over_seeds: Aggregate = field(default_factory=Aggregate)
     over_surfaces: Aggregate = field(default_factory=Aggregate)
     fallen: float | None = None
+
+    @property
+    def text(self) -> str:
+        """The objective in words: `maximize walking_speed (seeds mean, surfaces worst)`."""
+        return f"{self.direction} {self.metric} ({_aggregates(self)})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,8 +156,13 @@ class Constraint:
 
     @property
     def text(self) -> str:
-        """The constraint as a file writes it: `walking_speed >= 0.15`."""
-        return f"{self.metric} {'>=' if self.at_least else '<='} {self.bound:g}"
+        """The constraint as a file writes it: `walking_speed >= 0.15`.
+
+        Aggregates follow unless both are the mean.
+        """
+        how = _aggregates(self)
+        more = "" if how == _aggregates(Objective(metric="", direction="maximize")) else f" ({how})"
+        return f"{self.metric} {'>=' if self.at_least else '<='} {self.bound:g}{more}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,3 +206,13 @@ class Study:
     constraints: tuple[Constraint, ...]
     racing: Racing | None
     early_stop: int | None
+
+
+def _shown(value: Value) -> str:
+    """A value as a file writes it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _aggregates(wanted: Objective | Constraint) -> str:
+    fallen = "" if wanted.fallen is None else f", a fall counts {wanted.fallen:g}"
+    return f"seeds {wanted.over_seeds.text}, surfaces {wanted.over_surfaces.text}{fallen}"
