@@ -69,6 +69,18 @@ class UsageError(GaitlabError):
     exit_code = 2
 
 
+class Undecided(GaitlabError):
+    """The nightly gate cannot tell: no baseline, nothing in common with it, or too few seeds."""
+
+    exit_code = 6
+
+
+class WorseBaseline(GaitlabError):
+    """A baseline would be replaced by one that walks significantly worse."""
+
+    exit_code = 5
+
+
 class StoreError(GaitlabError):
     """The store is locked by another run, unwritable, full, damaged or from a newer version."""
 

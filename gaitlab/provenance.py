@@ -16,8 +16,8 @@ PACKAGE = Path(__file__).parent
 # Parts of the package that no outcome of a trial depends on; whatever is not named here counts.
 BESIDE_TRIALS = (
     *("audit", "cli", "dispatch", "documents", "executors", "experiment", "export", "optimize"),
-    *("reference", "regression", "replay", "report", "shipped", "statistics", "store", "study"),
-    *("errors.py", "objectives.py", "plan.py", "provenance.py", "__main__.py"),
+    *("picture", "reference", "regression", "replay", "report", "shipped", "statistics", "store"),
+    *("study", "errors.py", "objectives.py", "plan.py", "provenance.py", "__main__.py"),
 )
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
@@ -43,6 +43,7 @@ def _unchanging() -> dict[str, str | None]:
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
         "pybullet_version": _version("pybullet"),
+        "numba_version": _version("numba"),
         "platform": f"{sys.platform}-{platform.machine()}",
         "git_commit": _git_commit(PACKAGE),
         "processor": processor(),

@@ -12,6 +12,7 @@ from typer.exceptions import TyperException
 
 from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
+from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.keeping import merge, verify
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.printing import say, tell
@@ -60,6 +61,8 @@ app.command()(query)
 app.command(context_settings=NUMBERS)(ik)
 app.command(context_settings=NUMBERS)(fk)
 app.command()(audit)
+app.command()(check)
+app.command()(baseline)
 app.command()(merge)
 app.command()(verify)
 

@@ -87,7 +87,7 @@ def run(
     with other_output_on_stderr():
         wanted = load_experiment(experiment, settings or (), seeds)
     refuse_study(wanted)
-    results, workers = Store(store), _workers(jobs)
+    results, workers = Store(store), worker_count(jobs)
     planned = plan(wanted)
     _refuse_large(cost(planned, planned.size, workers), yes)
     if dry_run:
@@ -128,7 +128,12 @@ def _outcome(summary: Summary, arguments: str, as_json: bool, json_lines: bool) 
     return json.dumps(summary_object(summary)) if as_json else _summary_text(summary, arguments)
 
 
-def _workers(jobs: int | None) -> int:
+def worker_count(jobs: int | None) -> int:
+    """Worker processes that --jobs asks for, one a core by default.
+
+    Raises:
+        UsageError: If the number is negative or absurd.
+    """
     if jobs is not None and not 0 <= jobs <= MOST_JOBS:
         raise UsageError(
             f"--jobs {jobs}: allowed is 0 (this process) or a number of processes up to {MOST_JOBS}"

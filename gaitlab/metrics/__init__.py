@@ -3,7 +3,9 @@
 A metric is a file of this folder with a constant `UNIT` and a function of the file's own name that
 takes a `TrialLog`. It reads nothing but the log and raises nothing: what is not defined for a log
 is NaN, or None for words. A constant `BETTER`, `higher` or `lower`, says which way a walk gets
-better; a metric without it takes no side in a comparison. Adding a metric is adding a file.
+better; a metric without it takes no side in a comparison. `COUNTS_FALLS = True` says that a fall
+shortens what is measured as it should; other metrics compare only walks that went on. Adding a
+metric is adding a file.
 """
 
 from __future__ import annotations
@@ -67,6 +69,15 @@ def better(name: str) -> Better:
         UnknownName: If no file answers to the name; lists those that do.
     """
     return cast(Better, getattr(_module(name), "BETTER", "neither"))
+
+
+def counts_falls(name: str) -> bool:
+    """Whether a metric stays fair when one walk ended in a fall and the other did not.
+
+    Raises:
+        UnknownName: If no file answers to the name; lists those that do.
+    """
+    return bool(getattr(_module(name), "COUNTS_FALLS", False))
 
 
 def measure(log: TrialLog) -> dict[str, Value]:

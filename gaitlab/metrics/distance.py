@@ -6,6 +6,7 @@ from gaitlab.log import TrialLog
 
 UNIT = "m"
 BETTER = "higher"
+COUNTS_FALLS = True
 
 
 def distance(log: TrialLog) -> float:

@@ -15,6 +15,7 @@ from gaitlab.log import TrialLog
 
 UNIT = "m"
 BETTER = "higher"
+COUNTS_FALLS = True
 LONGEST = 6.0  # m, length of a run in [EROS2018]
 
 

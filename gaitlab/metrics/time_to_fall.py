@@ -8,6 +8,7 @@ from gaitlab.log import TrialLog
 
 UNIT = "s"
 BETTER = "higher"
+COUNTS_FALLS = True
 
 
 def time_to_fall(log: TrialLog) -> float:

@@ -6,6 +6,7 @@ from gaitlab.log import TrialLog
 
 UNIT = "s"
 BETTER = "higher"
+COUNTS_FALLS = True
 
 
 def walked_time(log: TrialLog) -> float:

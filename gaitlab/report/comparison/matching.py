@@ -9,14 +9,13 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from gaitlab.metrics import counts_falls
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
 from gaitlab.report.variants import Variant
 from gaitlab.statistics import Count
 
 SCORED = ("DONE", "INFEASIBLE")  # out of reach counts as not stable
-# Metrics that a fall cuts short as it should; the others are fair only between walks that went on.
-COUNT_FALLS = ("distance", "distance_before_fall", "time_to_fall", "upright_time", "walked_time")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,7 +127,7 @@ def _numbered(
 def _numbers(side: pd.DataFrame, metric: str) -> np.ndarray:
     """A metric of the runs it is fair for, NaN elsewhere. Shape (runs,)."""
     found = pd.to_numeric(side[metric], errors="coerce").to_numpy(float, na_value=np.nan)
-    fair = np.ones(len(side), bool) if metric in COUNT_FALLS else truth(side["stable_strict"])
+    fair = np.ones(len(side), bool) if counts_falls(metric) else truth(side["stable_strict"])
     return np.where(np.isfinite(found) & fair, found, np.nan)
 
 

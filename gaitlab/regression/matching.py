@@ -1,0 +1,114 @@
+"""Tonight's walks beside the baseline's: same cell, and the same seed where both have it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gaitlab.metrics import counts_falls
+from gaitlab.regression.baseline import Baseline, Walk
+from gaitlab.statistics import Count
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchedCell:
+    """The walks of one cell.
+
+    Attributes:
+        surface: Its ground.
+        before: Of the baseline; if paired, walk k has the seed of tonight's walk k.
+        tonight: Of tonight.
+    """
+
+    surface: str
+    before: tuple[Walk, ...]
+    tonight: tuple[Walk, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matched:
+    """All walks that can be compared.
+
+    Attributes:
+        paired: Whether they are matched by seed as well.
+        cells: Cells that both have.
+        unshared: Cells of the baseline that tonight lacks, and the other way round.
+    """
+
+    paired: bool
+    cells: tuple[MatchedCell, ...]
+    unshared: int
+
+    @property
+    def n(self) -> int:
+        """Pairs; without pairs the walks of the smaller side."""
+        return sum(min(len(cell.before), len(cell.tonight)) for cell in self.cells)
+
+    @cached_property
+    def surfaces(self) -> list[str]:
+        """Grounds, in the order of the plan."""
+        return list(dict.fromkeys(cell.surface for cell in self.cells))
+
+    def on(self, surface: str) -> Matched:
+        """The cells of one ground."""
+        return replace(self, cells=tuple(c for c in self.cells if c.surface == surface))
+
+    def pairs(self) -> Iterator[tuple[Walk, Walk]]:
+        """Tonight's walk and the baseline's with the same cell and seed."""
+        for cell in self.cells:
+            yield from zip(cell.tonight, cell.before, strict=True)
+
+    def counts(self) -> list[tuple[Count, Count]]:
+        """Stable walks of each cell, tonight and before."""
+        return [(_count(cell.tonight), _count(cell.before)) for cell in self.cells]
+
+    def values(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Tonight's and the baseline's values of each cell that has any; paired ones in step."""
+        found = [_values(cell, metric, self.paired) for cell in self.cells]
+        return [(tonight, before) for tonight, before in found if len(tonight) and len(before)]
+
+
+def matched(before: Baseline, tonight: Baseline) -> Matched:
+    """Walks in cells that both have; by seed if any cell shares one."""
+    shared = [place for place in tonight.cells if place in before.cells]
+    unshared = len(before.cells.keys() ^ tonight.cells.keys())
+    pairs = [_by_seed(before.cells[place], tonight.cells[place]) for place in shared]
+    paired = any(cell.tonight for cell in pairs)
+    whole = [_whole(before.cells[place], tonight.cells[place]) for place in shared]
+    cells = tuple(cell for cell in (pairs if paired else whole) if cell.tonight)
+    return Matched(paired=paired, cells=cells, unshared=unshared)
+
+
+def _whole(before: list[Walk], tonight: list[Walk]) -> MatchedCell:
+    surface = str(tonight[0].cell.get("surface"))
+    return MatchedCell(surface=surface, before=tuple(before), tonight=tuple(tonight))
+
+
+def _by_seed(before: list[Walk], tonight: list[Walk]) -> MatchedCell:
+    seeds = {walk.seed: walk for walk in before}
+    common = tuple(walk for walk in tonight if walk.seed in seeds)
+    surface = str(tonight[0].cell.get("surface"))
+    partners = tuple(seeds[walk.seed] for walk in common)
+    return MatchedCell(surface=surface, before=partners, tonight=common)
+
+
+def _count(walks: tuple[Walk, ...]) -> Count:
+    return Count(sum(walk.stable for walk in walks), len(walks))
+
+
+def _values(cell: MatchedCell, metric: str, paired: bool) -> tuple[np.ndarray, np.ndarray]:
+    tonight, before = (_fair(walks, metric) for walks in (cell.tonight, cell.before))
+    if paired:
+        both = np.isfinite(tonight) & np.isfinite(before)
+        return tonight[both], before[both]
+    return tonight[np.isfinite(tonight)], before[np.isfinite(before)]
+
+
+def _fair(walks: tuple[Walk, ...], metric: str) -> np.ndarray:
+    """A metric of the walks that it is fair for, NaN elsewhere. Shape (walks,)."""
+    always = counts_falls(metric)
+    given = (walk.metrics.get(metric) if always or walk.walked else None for walk in walks)
+    return np.array([np.nan if value is None else float(value) for value in given])

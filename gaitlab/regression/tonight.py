@@ -1,0 +1,103 @@
+"""What a store holds of an experiment, in the form of a baseline; results of other code dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from gaitlab.dispatch.basis import basis
+from gaitlab.errors import Undecided
+from gaitlab.experiment import Experiment
+from gaitlab.plan import plan
+from gaitlab.provenance import code_digest
+from gaitlab.regression.baseline import KEPT, Baseline, Walk
+from gaitlab.store import Index, Listed, Store, listed
+from gaitlab.store.entry import Details
+from gaitlab.trial import PHYSICS_VERSION
+
+TOLD = (  # of the provenance: what the bits of a log depend on, and what helps to find a change
+    "gaitlab_version",
+    "python_version",
+    "numpy_version",
+    "numba_version",
+    "pybullet_version",
+    "platform",
+    "processor",
+    "code",
+    "git_commit",
+)
+SHOWN = 3  # trials that a message names
+
+
+def discard_stale(experiment: Experiment, store: Store) -> int:
+    """Drop the experiment's trials that other code has simulated, so that tonight's code runs.
+
+    A trial's identity does not change with the code of a shipped gait or of the engine, so a kept
+    store would answer with last night's walks. Returns how many were dropped.
+    """
+    index, now = store.index(), code_digest()
+    wanted = {listed(item).trial_id for item in plan(experiment).trials()}
+    stale = [
+        key
+        for key in wanted & index.entries.keys()
+        if index.entries[key].details.provenance.get("code") != now
+    ]
+    if stale:
+        with store.lock() as held:
+            store.discard(stale, held)
+    return len(stale)
+
+
+def record(experiment: Experiment, store: Store) -> Baseline:
+    """Every trial of an experiment as the store holds it.
+
+    Raises:
+        Undecided: If a trial is missing or has failed.
+    """
+    index = store.index()
+    wanted = {found.trial_id: found for found in map(listed, plan(experiment).trials())}
+    _require_whole(experiment, index, wanted)
+    details = {key: index.entries[key].details for key in wanted}
+    return Baseline(
+        experiment=experiment.name,
+        digest=experiment.digest,
+        physics_version=PHYSICS_VERSION,
+        basis=basis(experiment),
+        provenance=_provenance(list(details.values())),
+        walks=tuple(_walk(store, index, found, details[key]) for key, found in wanted.items()),
+    )
+
+
+def _require_whole(experiment: Experiment, index: Index, wanted: Mapping[str, Listed]) -> None:
+    missing = [key for key in wanted if key not in index.entries]
+    failed = [key for key in wanted if key not in missing and index.entries[key].state == "FAILED"]
+    if missing:
+        raise Undecided(
+            f"{len(missing)} of {len(wanted)} trials of {experiment.name} are not in the store; "
+            f"`gaitlab run {experiment.name}` simulates them"
+        )
+    if failed:
+        reasons = "; ".join(f"{key[:8]}: {index.entries[key].reason}" for key in failed[:SHOWN])
+        raise Undecided(
+            f"{len(failed)} of {len(wanted)} trials of {experiment.name} failed ({reasons}); "
+            f"mend the cause, then `gaitlab run {experiment.name} --retry-failed`"
+        )
+
+
+def _walk(store: Store, index: Index, found: Listed, details: Details) -> Walk:
+    state = index.entries[found.trial_id].state
+    return Walk(
+        cell=dict(found.values),
+        seed=found.seed or 0,
+        trial_id=found.trial_id,
+        state=state,
+        metrics={name: details.metrics.get(name) for name in KEPT},
+        log_digest=store.log_digest(found.trial_id) if state == "DONE" else "",
+    )
+
+
+def _provenance(details: Sequence[Details]) -> dict[str, tuple[str, ...]]:
+    found = {
+        name: sorted({str(each.provenance.get(name)) for each in details} - {"None"})
+        for name in TOLD
+    }
+    return {name: tuple(values) for name, values in found.items() if values}
