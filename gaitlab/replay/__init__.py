@@ -2,6 +2,7 @@
 
 from gaitlab.replay.cut import Cut, cut_of
 from gaitlab.replay.lens import View
-from gaitlab.replay.replay import Recorded, Written, write_replay
+from gaitlab.replay.replay import Written, write_replay
+from gaitlab.replay.take import Recorded
 
 __all__ = ["Cut", "Recorded", "View", "Written", "cut_of", "write_replay"]

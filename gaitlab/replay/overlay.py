@@ -182,8 +182,10 @@ def draw_foot(
 
 
 def draw_legend(pen: Pen, place: tuple[float, float]) -> None:
-    """What the marks mean, on one line that ends at a place in pixels."""
+    """What the marks mean, on one line that ends at a place in pixels, if there is room."""
     u, (x, y) = pen.unit, place
+    if x < sum(pen.width(text, 18) + 46 * u for text in LEGEND):
+        return
     for text in LEGEND:
         x -= pen.width(text, 18)
         pen.text((x, y), text, 18, colour=GREY, anchor="lm")

@@ -40,8 +40,9 @@ from gaitlab.replay.take import Take
 from gaitlab.replay.turf import BOARD, Turf, fans, ground, grown
 
 PAPER = 255  # grey of the empty picture
-TALL = 1.76  # height of the picture over that of the robot
-FLOOR = {"perspective": 0.40, "side": 0.32, "front": 0.40}  # of a robot height, below the base
+TALL = 1.6  # height of the picture above its foot over that of the robot
+LEAST_UNIT = 0.5  # pixels; keeps letters readable in a small picture
+FLOOR = {"perspective": 0.26, "side": 0.19, "front": 0.24}  # of a robot height, below the base
 ACROSS = 0.95  # robot heights, least width of the lane
 BESIDE = 0.32  # robot heights of ground beside the outermost footprint
 AHEAD = {"perspective": (2.6, 2.4), "side": (2.6, 2.6), "front": (1.6, 0.55)}
@@ -77,6 +78,7 @@ class Painter:
         self._takes, self._style = takes, style
         self._height = FINER * style.height
         self._width = FINER * (style.width // (len(takes) if beside else 1))
+        self._unit = max(self._height / 1000.0, LEAST_UNIT * FINER)
         self._ground = Layer(self._width, self._height, PAPER)
         self._robot = Layer(self._width, self._height, PAPER)
         self._stains = np.zeros((self._height, self._width), np.uint8)
@@ -87,7 +89,7 @@ class Painter:
         """The picture of a frame, at an instant of the clock."""
         style = self._style
         picture = Image.new("RGB", (FINER * style.width, FINER * style.height), "white")
-        pen = Pen(picture, self._height / 1000.0)
+        pen = Pen(picture, self._unit)
         for place, take in enumerate(self._takes):
             left = place * self._width
             picture.paste(self.panel(place, index), (left, 0))
@@ -106,7 +108,7 @@ class Painter:
         take, turf = self._takes[place], self._turf[place]
         lens = self._lens(take, index)
         picture = Image.fromarray(self._scene(take, turf, index, lens))
-        pen = Pen(picture, self._height / 1000.0)
+        pen = Pen(picture, self._unit)
         if lens.sideways:
             draw_support_line(pen, take, index, lens, -0.5 * BOARD * (turf.y[1] - turf.y[0]))
         draw_forces(pen, take, index, lens)
@@ -149,9 +151,10 @@ class Painter:
 
     def _lens(self, take: Take, index: int) -> Lens:
         view = self._style.view
-        scale = self._height / (TALL * self._size)
+        free = self._height - FOOT * self._unit
+        scale = free / (TALL * self._size)
         middle = 0.45 * self._size
-        floor = self._height - scale * (FLOOR[view] * self._size + middle)
+        floor = free - scale * (FLOOR[view] * self._size + middle)
         distance = DISTANCE * self._size if view == "perspective" else inf
         return Lens(
             camera=CAMERAS[view],

@@ -9,29 +9,20 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitlab.errors import UsageError
-from gaitlab.log import TrialLog
 from gaitlab.replay.cut import Cut
 from gaitlab.replay.files import replaced, require_encoder, write_gif, write_mp4
 from gaitlab.replay.lens import CAMERAS, View
 from gaitlab.replay.painter import Painter, Style
 from gaitlab.replay.strip import filmstrip
 from gaitlab.replay.studio import frames
-from gaitlab.replay.take import take_of
-from gaitlab.trial import Trial
+from gaitlab.replay.take import Recorded, take_of
 
 FILMS, STILLS = (".gif", ".mp4"), (".png", ".svg")
-SIZES = {".gif": (560, 420), ".mp4": (1280, 720), ".png": (360, 420)}  # pixels; a strip's panel
-BESIDE = {".gif": (720, 420), ".mp4": (1280, 720), ".png": (360, 420)}  # of two trials
+SIZES = {".gif": (480, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # pixels; a strip's panel
+BESIDE = {".gif": (640, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # of two trials
 SMALLEST, LARGEST = 160, 3840  # pixels
 SAMPLES = 3  # pictures that decide on the colours of a GIF
 INCH = 150.0  # pixels
-
-
-class Recorded(NamedTuple):
-    """A trial and what was recorded of it."""
-
-    trial: Trial
-    log: TrialLog
 
 
 class Written(NamedTuple):
@@ -83,7 +74,7 @@ def write_replay(
         _write_film(shown, path, cut, style, jobs)
         return Written(path, path.stat().st_size, len(cut.instants), cut.duration)
     if kind == ".png":
-        takes = tuple(take_of(*each, cut.spread(panels).tolist()) for each in shown)
+        takes = tuple(take_of(each, cut.spread(panels).tolist()) for each in shown)
         with replaced(path) as part:
             filmstrip(takes, style, cut.spread(panels).tolist()).save(part)
         return Written(path, path.stat().st_size, panels * len(shown), 0.0)
@@ -124,7 +115,7 @@ def checked_size(size: tuple[int, int]) -> tuple[int, int]:
 
 def _write_film(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style, jobs: int) -> None:
     instants = cut.instants
-    takes = tuple(take_of(*each, instants.tolist()) for each in shown)
+    takes = tuple(take_of(each, instants.tolist()) for each in shown)
     pictures = frames(takes, style, instants.tolist(), jobs)
     if path.suffix.lower() == ".mp4":
         write_mp4(path, pictures, cut.fps, cut.held)
@@ -141,7 +132,7 @@ def _write_drawing(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style
 
     if len(shown) > 1:
         raise UsageError(f"--output {path}: a drawing shows one trial; .png, .gif and .mp4 two")
-    trial, log = shown[0]
+    _, trial, log = shown[0]
     clock = log["time"] - log.header.startup_time
     tick = min(int(np.searchsorted(clock, cut.end - 1e-6)), len(log) - 1)
     robot = trial.robot

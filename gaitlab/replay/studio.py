@@ -18,6 +18,8 @@ from gaitlab.replay.take import Take
 ALONE = 30  # frames; for fewer it does not pay to start processes
 AHEAD = 6  # frames that each process may be ahead of the file
 
+ALIKE = 12  # of 255; a found colour this near a mark's gives way to it
+
 _painter: Painter | None = None  # of a worker process
 
 
@@ -67,6 +69,9 @@ def palette_of(pictures: Sequence[Image.Image], colours: int, marks: Sequence[st
     """A picture whose palette suits all pictures and holds the colours of the marks exactly."""
     together = Image.fromarray(np.concatenate([np.asarray(picture) for picture in pictures]))
     found = together.quantize(colours - len(marks), dither=Image.Dither.NONE).getpalette() or []
+    exact = np.array([ImageColor.getrgb(mark) for mark in marks])
+    others = np.reshape(found, (-1, 3))
+    apart = np.abs(others[:, None] - exact).max(axis=2).min(axis=1) > ALIKE
     palette = Image.new("P", (1, 1))
-    palette.putpalette([*(part for mark in marks for part in ImageColor.getrgb(mark)), *found])
+    palette.putpalette([*exact.ravel().tolist(), *others[apart].ravel().tolist()])
     return palette

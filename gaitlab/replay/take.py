@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -13,12 +14,13 @@ from scipy.ndimage import gaussian_filter1d
 from gaitlab.body import LinkPoses, Tree
 from gaitlab.fall import CAUSES
 from gaitlab.kinematics.transforms import rotation_of
-from gaitlab.log import TrialLog
+from gaitlab.log import FEET, TrialLog
 from gaitlab.picture.lawn import Footprint
 from gaitlab.picture.robot import robot_faces
 from gaitlab.surfaces.surface import Surface
 from gaitlab.trial import Trial
 
+FIRST = np.array([0])  # the tick at which the robot stands
 CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway
 
 
@@ -89,21 +91,32 @@ class Take:
         return self.fall is not None and bool(self.time[frame] >= self.fall - 1e-6)
 
 
+class Recorded(NamedTuple):
+    """A trial and what was recorded of it.
+
+    Attributes:
+        trial_id: What the store calls it.
+        trial: The trial.
+        log: Its log.
+    """
+
+    trial_id: str
+    trial: Trial
+    log: TrialLog
+
+
 def span_of(log: TrialLog) -> tuple[float, float]:
     """First and last instant of a log, in [s] since walking at full amplitude began."""
     start = log.header.startup_time
     return float(log["time"][0]) - start, float(log["time"][-1]) - start
 
 
-def take_of(trial: Trial, log: TrialLog, instants: Sequence[float], caption: str = "") -> Take:
+def take_of(shown: Recorded, instants: Sequence[float]) -> Take:
     """A trial at instants, in [s] since walking at full amplitude began.
 
-    Args:
-        trial: The trial.
-        log: What was recorded of it.
-        instants: Of the frames; before the log its first row shows, after it the last one.
-        caption: Second line of the title; by default gait, seed and trial.
+    Before the log its first row shows, after it the last one.
     """
+    trial, log = shown.trial, shown.log
     clock = log["time"] - log.header.startup_time
     ticks = np.minimum(np.searchsorted(clock, np.asarray(instants) - 1e-6), len(log) - 1)
     poses = _poses(trial.robot.tree, log, ticks)
@@ -113,13 +126,11 @@ def take_of(trial: Trial, log: TrialLog, instants: Sequence[float], caption: str
     contact = log.per_foot("contact")[ticks].astype(bool)
     return Take(
         title=f"{trial.names.robot.upper()} on {_spoken(trial.names.surface)}",
-        caption=caption or _caption(trial, log),
+        caption=_caption(shown),
         tree=trial.robot.tree,
         feet=trial.robot.feet,
         surface=trial.surface,
-        size=_size(
-            trial.robot.tree, trial.robot.feet, _poses(trial.robot.tree, log, np.array([0]))
-        ),
+        size=_size(trial.robot.tree, trial.robot.feet, _poses(trial.robot.tree, log, FIRST)),
         weight=log.header.weight,
         sole=(trial.robot.sole.length, trial.robot.sole.width),
         span=span_of(log),
@@ -129,9 +140,7 @@ def take_of(trial: Trial, log: TrialLog, instants: Sequence[float], caption: str
         time=clock[ticks],
         poses=poses,
         soles=soles,
-        centres=np.stack(
-            [log.vector(f"{side}_foot_")[ticks] for side in ("left", "right")], axis=1
-        ),
+        centres=np.stack([log.vector(f"{side}_foot_")[ticks] for side in FEET], axis=1),
         forces=_forces(log, ticks),
         contact=contact,
         zmp=_zmp(log, ticks, soles, contact),
@@ -197,9 +206,9 @@ def _cause(log: TrialLog) -> str:
     return CAUSES[int(log["fall_cause"][log.fall_index])].replace("_", " ")
 
 
-def _caption(trial: Trial, log: TrialLog) -> str:
-    header = log.header
+def _caption(shown: Recorded) -> str:
+    header = shown.log.header
     return (
         f"step length {header.step_length:.3g} m, period {header.gait_period:.3g} s, "
-        f"seed {trial.seed}, trial {trial.id[:8]}"
+        f"seed {shown.trial.seed}, trial {shown.trial_id[:8]}"
     )

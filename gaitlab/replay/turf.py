@@ -11,7 +11,6 @@ from gaitlab.picture.lawn import (
     BLADES_A_TUFT,
     BOARD_COLOUR,
     DARK_GREEN,
-    EARTH,
     LAYER_COLOUR,
     LIGHT_GREEN,
     MAT_COLOUR,
@@ -24,6 +23,7 @@ from gaitlab.replay.lens import Lens
 from gaitlab.replay.raster import Triangles
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
+THATCH = "#42562A"  # what shows between the blades
 TILE = 0.1  # m, what is light and dark in turns along the board
 DARKER = 0.86  # brightness of every second tile
 BOARD = 0.05  # thickness of the board over the width of the lane
@@ -121,7 +121,7 @@ def ground(
     elif isinstance(turf.surface, FibreMat):
         parts.append(_slab(x, turf.y, (0.0, 0.5 * turf.surface.height), MAT_COLOUR, lens))
     elif isinstance(turf.surface, TuftedPile):
-        parts.append(_slab(x, turf.y, (0.0, 0.002), EARTH, lens))
+        parts.append(_slab(x, turf.y, (0.0, 0.002), THATCH, lens))
     if len(turf.roots):
         parts.append(_blades(turf, x, soles, lens))
     return parts
