@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from gaitlab.plugins import load_class
 from gaitlab.servos.files import load_servo
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Names, Trial, canonical, instance, plugin, values
+from tests.trials import trial as shipped_trial
 from tests.written import GAIT
 
 NAMES = Names(robot="eros", gait="my_gait", surface="grass_50mm")
@@ -48,6 +50,36 @@ def made(folder: Path, surface: str = "grass_50mm") -> Trial:
         names=NAMES,
         robot_code=plugin("robot", "eros"),
         gait_code=plugin("gait", "./my_gait.py", folder),
+    )
+
+
+def spelt_out(trial: Trial) -> str:
+    """The identity from one canonical text of the whole trial, nothing remembered."""
+    data = trial.to_dict()
+    parts = {
+        "code": {"gait": trial.gait_code.identity, "robot": trial.robot_code.identity},
+        **{name: data[name]["values"] for name in ("gait", "robot", "surface")},
+        **{name: data[name] for name in ("engine", "horizon", "seed", "servos", "spread")},
+        "physics_version": data["physics_version"],
+        "surface_type": data["surface"]["type"],
+    }
+    return hashlib.sha256(trial_module.canonical_json(parts).encode()).hexdigest()[:32]
+
+
+@pytest.mark.parametrize("surface", ["grass_50mm", "carpet_4mm", "hard_floor", "webots_grass"])
+def test_the_id_is_the_hash_of_the_whole_trial(folder: Path, surface: str) -> None:
+    trial = made(folder, surface)
+    for seed in (3, 0, 10**6):
+        one = dataclasses.replace(trial, seed=seed)
+        assert one.id == spelt_out(one)
+    steeper = dataclasses.replace(trial, horizon=dataclasses.replace(trial.horizon, cycles=2.0))
+    assert steeper.id == spelt_out(steeper)
+
+
+def test_ids_of_published_results_stay_as_they_are() -> None:
+    """Else every stored trial would be simulated again; see PHYSICS_VERSION."""
+    assert (
+        shipped_trial(cycles=9.0, seed=7, step_length=0.04).id == "86904cd3ca7e0cdbc67600378242e6f0"
     )
 
 
