@@ -15,7 +15,10 @@ from gaitlab.trial import canonical_json
 
 FORMAT = 1  # of the file; raise it when an older gaitlab would misread a newer file
 # What the gate tests: falls count in the first, the others are of walks that went on.
-METRICS = ("distance", "pitch_amplitude", "roll_amplitude", "foot_clearance", "cost_of_transport")
+METRICS = (
+    *("distance", "pitch_amplitude", "roll_amplitude", "foot_clearance", "cost_of_transport"),
+    "tracking_error",
+)
 KEPT = ("stable", "stable_strict", *METRICS)
 NEW = "make a new one with `gaitlab baseline EXPERIMENT --output FILE --force`"
 

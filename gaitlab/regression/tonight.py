@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 from gaitlab.dispatch.basis import basis
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
+from gaitlab.metrics import metric
 from gaitlab.plan import plan
 from gaitlab.provenance import code_digest
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
-from gaitlab.store import Index, Listed, Store, listed
+from gaitlab.store import Index, Listed, Scalar, Store, listed
 from gaitlab.store.entry import Details
+from gaitlab.store.record import finite
 from gaitlab.trial import PHYSICS_VERSION
 
 TOLD = (  # of the provenance: what the bits of a log depend on, and what helps to find a change
@@ -90,9 +92,18 @@ def _walk(store: Store, index: Index, found: Listed, details: Details) -> Walk:
         seed=found.seed or 0,
         trial_id=found.trial_id,
         state=state,
-        metrics={name: details.metrics.get(name) for name in KEPT},
+        metrics=_metrics(store, found.trial_id, state, details),
         log_digest=store.log_digest(found.trial_id) if state == "DONE" else "",
     )
+
+
+def _metrics(store: Store, trial_id: str, state: str, details: Details) -> dict[str, Scalar]:
+    """What the gate compares; from the log where the trial is older than a metric."""
+    lacking = [name for name in KEPT if name not in details.metrics]
+    if state != "DONE" or not lacking:
+        return {name: details.metrics.get(name) for name in KEPT}
+    log = store.log(trial_id)
+    return {name: finite(metric(name)(log)) for name in KEPT}
 
 
 def _provenance(details: Sequence[Details]) -> dict[str, tuple[str, ...]]:

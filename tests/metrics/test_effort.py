@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from gaitlab.metrics import measure
 from gaitlab.metrics.energy import energy
+from gaitlab.metrics.tracking_error import tracking_error
 from tests.synthetic import HEADER, header, sine, walk
 
 WALKED = 6.0 * HEADER.gait_period  # s
@@ -74,3 +75,22 @@ def test_each_joint_has_its_own_limit():
 def test_saturation_share_counts_ticks():
     found = measure(walk(left_knee_torque=lambda w: np.where(w > WALKED / 2.0, 2.5, 0.0)))
     assert found["saturation_share"] == pytest.approx(0.125, abs=1e-3)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_tracking_error_of_one_joint_that_lags_is_its_lag_over_the_root_of_the_joints(target, lag):
+    log = walk(left_knee_target=target, left_knee_position=target - lag)
+    assert tracking_error(log) == pytest.approx(abs(lag) / len(HEADER.joints) ** 0.5, abs=1e-6)
+
+
+def test_tracking_error_grows_with_latency():
+    def late(latency: float) -> float:
+        course = sine(0.2)
+        return tracking_error(
+            walk(
+                left_knee_target=course,
+                left_knee_position=lambda walked: course(walked - latency),
+            )
+        )
+
+    assert 0.0 == late(0.0) < late(0.004) < late(0.012)
