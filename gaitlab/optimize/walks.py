@@ -5,7 +5,6 @@ Trials are ordinary ones, so what any experiment or search has walked before is 
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from functools import cached_property
 
 from gaitlab.dispatch.sweep import TIMEOUT, TIMEOUT_RATIO
 from gaitlab.dispatch.sweep import _settle as settle
-from gaitlab.errors import GaitlabError, WrongValue
+from gaitlab.errors import WrongValue
 from gaitlab.executors import Executor, Job
 from gaitlab.executors import Outcome as Ended
 from gaitlab.experiment import Experiment, Value, candidate
@@ -95,6 +94,10 @@ class Walks:
     def has(self, item: PlannedTrial) -> bool:
         """Whether a trial is in the store."""
         return item.trial.id in self._made or item.trial.id in self._index.entries
+
+    def made(self, trial_id: str) -> bool:
+        """Whether a trial was walked by this run."""
+        return trial_id in self._made
 
     def outcome(self, item: PlannedTrial) -> Outcome:
         """What became of a trial that is in the store."""
@@ -190,4 +193,6 @@ def simulated_time(item: PlannedTrial, outcome: Outcome) -> float:
         return 0.0
     name = "time_to_fall" if outcome.fell else "walked_time"
     walked = outcome.metrics.get(name)
-    return item.trial.gait.startup_time + (float(walked) if isinstance(walked, int | float) else 0.0)
+    return item.trial.gait.startup_time + (
+        float(walked) if isinstance(walked, int | float) else 0.0
+    )

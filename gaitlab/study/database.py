@@ -148,14 +148,23 @@ class Database:
         every = (_pending(self._study, trial) for trial in trials)
         return tuple(p for p in every if (p.batch, p.asked_by) == (one.batch, one.asked_by))
 
-    def add(self, proposals: Sequence[Proposal], batch: int, total: int) -> tuple[Pending, ...]:
+    def add(
+        self, proposals: Sequence[Proposal], batch: int, total: int, asked_by: str = ""
+    ) -> tuple[Pending, ...]:
         """Record proposals as under way, as far as the total leaves room for them.
 
         Of coordinators that propose at the same time, the one that came later gives way.
+
+        Args:
+            proposals: The candidates.
+            batch: Number of candidates before those proposed together with them.
+            total: Most candidates that there may be.
+            asked_by: Coordinator that proposed them, if not this one.
         """
         with self._understood():
             for proposal in proposals:
-                self._storage.create_new_trial(self._id, self._under_way(proposal, batch))
+                trial = self._under_way(proposal, batch, asked_by or self._me)
+                self._storage.create_new_trial(self._id, trial)
         counted = self._trials((*FINISHED, TrialState.RUNNING))
         first: dict[object, int] = {}
         for trial in counted:
@@ -215,12 +224,12 @@ class Database:
             name = f"{coordinators.PREFIX}{self._me}"
             self._storage.set_study_user_attr(self._id, name, text)
 
-    def _under_way(self, proposal: Proposal, batch: int) -> FrozenTrial:
+    def _under_way(self, proposal: Proposal, batch: int, asked_by: str) -> FrozenTrial:
         return create_trial(
             state=TrialState.RUNNING,
             params=dict(proposal.values),
             distributions=distributions(self._study, proposal.values),
-            user_attrs={BATCH: batch, ASKED_BY: self._me, OWNER: self._me},
+            user_attrs={BATCH: batch, ASKED_BY: asked_by, OWNER: self._me},
             system_attrs=dict(proposal.notes),
         )
 
