@@ -33,6 +33,7 @@ BUSY = {
     "left_foot_plough_force": sine(2.0),
     "left_knee_torque": sine(2.5),
     "left_knee_velocity": sine(3.0),
+    "left_knee_target": sine(0.2),
     "right_hip_roll_torque": sine(1.0, offset=0.5),
     "right_hip_roll_velocity": 0.7,
     "left_foot_fsr_front_left": 9.0,
