@@ -183,9 +183,7 @@ def _around_seed(parts: _Same, physics_version: int) -> tuple[bytes, bytes]:
         "surface": fragment(surface),
         "surface_type": canonical_json(surface.type),
     }
-    return hashlib.sha256(
-        f'{{{_members(before)},"seed":'.encode()
-    ), f",{_members(after)}}}".encode()
+    return f'{{{_members(before)},"seed":'.encode(), f",{_members(after)}}}".encode()
 
 
 def _members(parts: Mapping[str, str]) -> str:
