@@ -13,14 +13,15 @@ from PIL import Image
 
 from gaitlab.errors import GaitlabError, StoreError, UsageError
 from gaitlab.picture.colours import BLUE, INK, PAPER, VERMILLION
-from gaitlab.picture.robot import ORANGE
+from gaitlab.picture.lawn import BOARD_COLOUR
+from gaitlab.picture.robot import ALUMINIUM, DARK, ORANGE
 from gaitlab.replay.overlay import GREY
 from gaitlab.replay.studio import palette_of
 
 CENTISECOND = 0.01  # s, what a GIF counts its pictures in
 BROWSERS = 50.0  # frames/s; browsers slow down a GIF that asks for more
 COLOURS = 64  # of a GIF; grass needs a dozen greens, the rest are greys
-MARKS = (PAPER, INK, BLUE, VERMILLION, ORANGE, GREY, "#000000")  # kept as they are
+MARKS = (PAPER, INK, BLUE, VERMILLION, ORANGE, GREY, DARK, ALUMINIUM, BOARD_COLOUR, "#000000")
 QUALITY = 21  # constant rate factor of H.264; 18 is visually lossless, 28 is coarse
 
 

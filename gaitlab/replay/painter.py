@@ -40,7 +40,7 @@ from gaitlab.replay.take import Take
 from gaitlab.replay.turf import BOARD, Turf, fans, ground, grown
 
 PAPER = 255  # grey of the empty picture
-TALL = 1.6  # height of the picture above its foot over that of the robot
+TALL = 1.66  # height of the picture above its foot over that of the robot
 LEAST_UNIT = 0.5  # pixels; keeps letters readable in a small picture
 FLOOR = {"perspective": 0.26, "side": 0.19, "front": 0.24}  # of a robot height, below the base
 ACROSS = 0.95  # robot heights, least width of the lane

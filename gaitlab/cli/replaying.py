@@ -1,0 +1,147 @@
+"""`gaitlab replay`: a trial as a film, drawn from its log."""
+
+from __future__ import annotations
+
+import os
+import re
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitlab.cli.addressing import ADDRESS, trial_at
+from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
+from gaitlab.errors import UsageError
+
+if TYPE_CHECKING:
+    from gaitlab.replay import Cut, Recorded
+    from gaitlab.store import Store
+
+MOST_PANELS = 24
+MOST_JOBS = 1000  # processes; a slip of the finger beyond
+
+
+class ViewName(str, Enum):
+    """Where a film looks from."""
+
+    perspective = "perspective"
+    side = "side"
+    front = "front"
+
+
+def _pixels(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if found is None:
+        raise UsageError(f"--size {text}: give WIDTHxHEIGHT in pixels, 1280x720 for instance")
+    return int(found[1]), int(found[2])
+
+
+def replay(
+    trial: Annotated[
+        str, typer.Argument(metavar="TRIAL", help=f"{ADDRESS[0].upper()}{ADDRESS[1:]}.")
+    ],
+    other: Annotated[
+        str | None, typer.Argument(metavar="[OTHER]", help="A second trial, shown beside it.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            metavar="FILE",
+            help="A .gif or .mp4 film, a .png strip or an .svg drawing; walk_TRIAL.gif by default.",
+        ),
+    ] = None,
+    fps: Annotated[float, typer.Option("--fps", metavar="N", help="Frames a second.")] = 25.0,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="X", help="0.25 shows it four times as slow.")
+    ] = 1.0,
+    begin: Annotated[
+        float | None,
+        typer.Option("--from", metavar="S", help="First instant; at 0 full walking begins."),
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="S", help="Last instant.")] = None,
+    view: Annotated[
+        ViewName, typer.Option("--view", help="Where to look from.")
+    ] = ViewName.perspective,
+    pixels: Annotated[
+        str | None,
+        typer.Option("--size", metavar="WxH", help="In pixels; of one panel of a strip."),
+    ] = None,
+    panels: Annotated[
+        int, typer.Option("--panels", metavar="N", min=1, max=MOST_PANELS, help="Of a strip.")
+    ] = 6,
+    gui: Annotated[bool, typer.Option("--gui", help="Play it in a window instead.")] = False,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            "-j",
+            "--jobs",
+            metavar="N",
+            min=0,
+            max=MOST_JOBS,
+            help="Painting processes, one a core by default; 0 paints in this process.",
+        ),
+    ] = None,
+    store: StoreFolder = DEFAULT_STORE,
+) -> int:
+    """Show a trial as a film, drawn from its log: nothing is simulated again.
+
+    Grass to height, the load on each foot, ZMP and support polygon, gait phase, clock and fall.
+
+    \b
+    Example:
+      gaitlab replay eros_quick/grass_50mm/worst --output fall.mp4
+      gaitlab replay 4f7667a9 07175312 --view side --from 1 --to 3 --speed 0.25
+    """
+    from gaitlab.replay import cut_of, play, write_replay
+    from gaitlab.replay.replay import checked_kind
+    from gaitlab.store import Store
+
+    results = Store(store)
+    names = [trial_at(results, name) for name in (trial, other) if name is not None]
+    path = output or Path(f"walk_{'_'.join(name[:8] for name in names)}.gif")
+    wanted = None if pixels is None else _pixels(pixels)
+    if not gui:
+        checked_kind(path)
+    with other_output_on_stderr():
+        shown = [_recorded(results, name) for name in names]
+        cut = cut_of([each.log for each in shown], begin=begin, end=end, fps=fps, speed=speed)
+        if gui:
+            play(_alone(shown), cut)
+            return 0
+        _announce(path, cut)
+        written = write_replay(
+            shown,
+            path,
+            cut,
+            view=view.value,
+            size=wanted,
+            panels=panels,
+            jobs=os.cpu_count() or 1 if jobs is None else jobs,
+        )
+    length = f", {written.duration:.1f} s" if written.duration else ""
+    tell(f"{plural(written.pictures, 'picture')}{length}, {size(written.size)}")
+    say(str(written.path))
+    return 0
+
+
+def _announce(path: Path, cut: Cut) -> None:
+    """Say what is being done when it takes a while."""
+    if path.suffix.lower() in (".gif", ".mp4"):
+        span = f"{cut.begin:.2f} to {cut.end:.2f} s"
+        tell(f"painting {plural(len(cut.instants), 'picture')} of {span} ...")
+
+
+def _recorded(results: Store, name: str) -> Recorded:
+    from gaitlab.replay import Recorded
+    from gaitlab.trial import Trial
+
+    return Recorded(name, Trial.from_dict(results.record(name).trial), results.log(name))
+
+
+def _alone(shown: list[Recorded]) -> Recorded:
+    if len(shown) > 1:
+        raise UsageError("--gui plays one trial; --output walk.gif or .mp4 shows two side by side")
+    return shown[0]
