@@ -16,6 +16,7 @@ from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.keeping import merge, verify
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.printing import say, tell
+from gaitlab.cli.replaying import replay
 from gaitlab.cli.results import query, report, status
 from gaitlab.cli.running import run
 from gaitlab.errors import FileError, GaitlabError, StoreError
@@ -56,6 +57,7 @@ app.command()(run)
 app.command()(report)
 app.command(name="list")(list_names)
 app.command()(show)
+app.command()(replay)
 app.command()(status)
 app.command()(query)
 app.command(context_settings=NUMBERS)(ik)
