@@ -15,6 +15,7 @@ from gaitlab.cli.catalogue import list_names, show
 from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.keeping import merge, verify
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
+from gaitlab.cli.optimizing import optimize
 from gaitlab.cli.printing import say, tell
 from gaitlab.cli.replaying import replay
 from gaitlab.cli.results import query, report, status
@@ -54,6 +55,7 @@ def gaitlab(
 
 
 app.command()(run)
+app.command()(optimize)
 app.command()(report)
 app.command(name="list")(list_names)
 app.command()(show)

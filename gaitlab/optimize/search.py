@@ -17,9 +17,9 @@ from signal import SIGINT
 
 from gaitlab.dispatch.basis import basis
 from gaitlab.dispatch.signals import stoppable
-from gaitlab.errors import UsageError
 from gaitlab.executors import Executor, Processes, Serial, simulated
 from gaitlab.experiment import Experiment, Value
+from gaitlab.experiment.purposes import study_of
 from gaitlab.experiment.study import Study
 from gaitlab.optimize.heats import Heats
 from gaitlab.optimize.tally import Careful, Ending, Nobody, Searched, Tally, Told, last_improvement
@@ -61,17 +61,13 @@ def optimize(
             study of this name.
         KeyboardInterrupt: At the second Ctrl-C.
     """
-    if experiment.study is None:
-        raise UsageError(
-            f"{experiment.name} has no `study:` section, so there is nothing to search; "
-            f"`gaitlab run {experiment.name}` walks it"
-        )
+    study = study_of(experiment)
     wanted = asks_for(experiment, basis(experiment))
     with store.lock() as held, Database.opened(experiment, store, storage, wanted) as database:
         task = partial(simulated, store=store.path)
         executor = Processes(task, jobs) if jobs else Serial(task)
         careful = Careful(told or Nobody())
-        search = _Search(experiment, experiment.study, store, held, database, executor, careful)
+        search = _Search(experiment, study, store, held, database, executor, careful)
         return search.run(max(1, jobs), shared=storage is not None)
 
 

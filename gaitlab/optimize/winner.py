@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from gaitlab.documents import Node, dump, plain
 from gaitlab.errors import UsageError
@@ -75,7 +78,10 @@ def export_winner(
 
 
 def _yaml(value: Value) -> str:
-    return dump({"value": value}).partition(":")[2].strip()
+    """A value as a file writes it, floats without an exponent, which YAML takes for text."""
+    if isinstance(value, float):
+        return str(np.format_float_positional(value, trim="0"))
+    return json.dumps(value)
 
 
 def _standing_alone(node: Node) -> Node:

@@ -18,7 +18,7 @@ from optuna.distributions import (
 from gaitlab.experiment import Experiment, Value
 from gaitlab.experiment.study import Choices, Numbers, Study
 
-DIGITS = 5  # of the range that a searched number keeps, so that it can be read and typed in
+DIGITS = 3  # of the range at least that a searched number keeps, so that it can be typed in
 Parameter: TypeAlias = Numbers | Choices
 
 
@@ -111,7 +111,7 @@ def rounded(item: Parameter, value: Value) -> Value:
     if isinstance(item, Choices) or item.integer or not isinstance(value, float):
         return value
     if item.log:
-        found = float(f"{value:.{DIGITS}g}")
+        found = float(f"{value:.{DIGITS + 1}g}")
     else:
         found = round(value, DIGITS + ceil(-log10(item.high - item.low)))
     return min(item.high, max(item.low, found))

@@ -1,0 +1,142 @@
+"""`gaitlab optimize`."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitlab.cli.options import DEFAULT_STORE, Settings, StoreFolder
+from gaitlab.cli.printing import other_output_on_stderr, say, tell
+from gaitlab.cli.running import INTERRUPTED, worker_count
+from gaitlab.errors import UsageError
+
+if TYPE_CHECKING:
+    from gaitlab.study import History
+
+MOST_CANDIDATES = 10**6
+
+
+def optimize(
+    study: Annotated[
+        str, typer.Argument(metavar="STUDY", help="A file, or the name of one in experiments/.")
+    ],
+    trials: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Candidates to try in total, instead of the file's."),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            "-j",
+            "--jobs",
+            metavar="N",
+            help="Worker processes, one a core by default; 0 runs in this process.",
+        ),
+    ] = None,
+    storage: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="Database that several machines share, postgresql://user@host/name for "
+            "instance; by default a file in the store.",
+        ),
+    ] = None,
+    settings: Settings = None,
+    store: StoreFolder = DEFAULT_STORE,
+    export: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the winner as an experiment for `gaitlab run`."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("-n", "--dry-run", help="Say what would be searched; run nothing.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the result as one JSON object.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")] = False,
+) -> int:
+    """Search a study for the parameters that walk best.
+
+    Killing it is safe at any time: the same command goes on from there, and a larger --trials goes
+    on from the end.
+
+    \b
+    Example:
+      gaitlab optimize eros_small --export best.yaml
+      gaitlab run best.yaml
+    """
+    from gaitlab.cli.search_text import plan_text, result_json, result_text
+    from gaitlab.experiment import load_experiment
+    from gaitlab.experiment.purposes import study_of
+    from gaitlab.optimize.search import optimize as search
+    from gaitlab.optimize.winner import check_target
+    from gaitlab.store import Store
+
+    given = [*(settings or ()), *_trials_setting(trials)]
+    if export is not None:
+        check_target(export)
+    with other_output_on_stderr():
+        wanted = load_experiment(study, given)
+    study_of(wanted)
+    results, workers = Store(store), worker_count(jobs)
+    if dry_run:
+        say(plan_text(wanted, results, storage, workers, as_json))
+        return 0
+    from gaitlab.cli.search_progress import search_progress
+
+    again = _arguments(study, trials, settings, storage, store)
+    try:
+        with other_output_on_stderr():
+            told = search_progress(quiet=quiet)
+            found = search(wanted, results, jobs=workers, storage=storage, told=told)
+    except KeyboardInterrupt:
+        tell(f"stopped at once; what is committed is safe. Go on: gaitlab optimize {again}")
+        return INTERRUPTED
+    say(
+        result_json(found)
+        if as_json
+        else result_text(found, again, _arguments(study, None, settings, None, store))
+    )
+    _export(found.tally.history, export, given)
+    return INTERRUPTED if found.ending == "stopped" else 0
+
+
+def _trials_setting(trials: int | None) -> list[str]:
+    if trials is None:
+        return []
+    if not 1 <= trials <= MOST_CANDIDATES:
+        raise UsageError(f"--trials {trials}: allowed is a whole number from 1 to 1,000,000")
+    return [f"study.trials={trials}"]
+
+
+def _arguments(
+    study: str,
+    trials: int | None,
+    settings: Sequence[str] | None,
+    storage: str | None,
+    store: Path,
+) -> str:
+    """What makes the same command go on."""
+    parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
+    parts += ["--trials", str(trials)] if trials is not None else []
+    parts += ["--storage", storage] if storage is not None else []
+    parts += ["--store", str(store)] if store != DEFAULT_STORE else []
+    return shlex.join(parts)
+
+
+def _export(history: History, export: Path | None, settings: Sequence[str]) -> None:
+    """Write the winner; of a front, its first candidate."""
+    from gaitlab.optimize.winner import export_winner
+
+    if export is None:
+        return
+    if not history.front:
+        tell(f"{export} is not written: no candidate is finished and breaks no constraint")
+        return
+    written = export_winner(history, history.front[0], export, settings)
+    tell(f"{export}: candidate {history.front[0].number} with {len(written.seeds)} fresh seeds")
+    tell(f"Walk it: gaitlab run {shlex.quote(str(export))}")

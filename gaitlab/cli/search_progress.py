@@ -1,0 +1,187 @@
+"""How far a search is: a live table on a terminal, a line a minute elsewhere. Always on stderr."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from gaitlab.cli.printing import MINUTE, duration, number, plural, tell
+from gaitlab.metrics import unit_of
+from gaitlab.optimize.tally import Nobody, Tally, Told
+from gaitlab.study import Candidate, History
+
+WIDEST = 100  # characters
+FRAMES_A_SECOND = 2
+SHOWN_FRONT = 5  # candidates of a Pareto front
+
+
+def search_progress(*, quiet: bool = False) -> Told:
+    """Who is told of a search.
+
+    Args:
+        quiet: Tell only what a user has to know now.
+    """
+    if quiet:
+        return SearchMessages()
+    console = Console(stderr=True)
+    moving = sys.stderr is not None and sys.stderr.isatty() and not console.is_dumb_terminal
+    return SearchTable(console) if moving else SearchLines()
+
+
+class SearchMessages(Nobody):
+    """Nothing but messages."""
+
+    def message(self, text: str) -> None:
+        """Written past Python's buffers, because a signal may come while they are in use."""
+        with suppress(OSError):
+            os.write(2, f"{text}\n".encode())
+
+
+class SearchLines(SearchMessages):
+    """A line at the start, one a minute, and one at the end.
+
+    Args:
+        clock: Gives the time, in [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._last = clock, 0.0
+
+    def start(self, tally: Tally) -> None:
+        """Say where the search stands."""
+        tell(f"{plural(tally.total, 'candidate')}, {tally.told} told before")
+        self._last = self._clock()
+
+    def update(self, tally: Tally) -> None:
+        """Say how far it is, if it is time."""
+        if self._clock() - self._last >= MINUTE:
+            self._last = self._clock()
+            tell(line(tally))
+
+    def finish(self, tally: Tally) -> None:
+        """Say how far it came."""
+        tell(line(tally))
+
+
+class SearchTable(SearchMessages):
+    """A bar, the best so far with its values, and the counts.
+
+    Args:
+        console: Where it is drawn.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._tally: Tally | None = None
+        self._told = time.monotonic()
+        self._messages: list[str] = []
+        self._live = Live(
+            get_renderable=self._picture, console=console, refresh_per_second=FRAMES_A_SECOND
+        )
+
+    def start(self, tally: Tally) -> None:
+        """Show the table."""
+        self._tally = tally
+        self._live.start()
+
+    def update(self, tally: Tally) -> None:
+        """Show the newest state at the next frame."""
+        self._tally, self._told = tally, time.monotonic()
+
+    def message(self, text: str) -> None:
+        """Keep it below the table; a signal may come while that is being drawn."""
+        self._messages.append(text)
+
+    def finish(self, tally: Tally) -> None:
+        """Leave the table as it is."""
+        self._tally = tally
+        self._live.stop()
+
+    def _picture(self) -> Group:
+        tally, lines = self._tally, [Text(text) for text in self._messages]
+        if tally is None:
+            return Group(*lines)
+        counts = Text(counts_text(tally), style="dim")
+        return Group(self._bar(tally), *_best(tally.history), counts, *lines)
+
+    def _bar(self, tally: Tally) -> Table:
+        table = Table.grid(padding=(0, 1), expand=True)
+        table.width = min(WIDEST, self._console.width)
+        table.add_column(ratio=1)
+        table.add_column(no_wrap=True)
+        table.add_column(no_wrap=True)
+        bar = ProgressBar(total=max(1, tally.total), completed=tally.told)
+        left = remaining(tally, time.monotonic() - self._told)
+        table.add_row(bar, f"{tally.told}/{tally.total}", left)
+        return table
+
+
+def _best(history: History) -> list[Table | Text]:
+    if not history.front:
+        return [Text("no candidate yet that walked with every seed and breaks no constraint")]
+    study = history.study
+    shown = history.front[:SHOWN_FRONT]
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    table.add_column("best so far" if len(history.front) == 1 else "front so far")
+    for candidate in shown:
+        table.add_column(f"candidate {candidate.number}", justify="right")
+    for place, objective in enumerate(study.objectives):
+        name = with_unit(objective.metric)
+        table.add_row(name, *(f"{c.objectives[place]:.4g}" for c in shown), style="bold")
+    for item in study.search:
+        table.add_row(item.path, *(_value(candidate, item.path) for candidate in shown))
+    return [table]
+
+
+def _value(candidate: Candidate, path: str) -> str:
+    return number(candidate.values[path]) if path in candidate.values else "-"
+
+
+def with_unit(metric: str) -> str:
+    """A metric with its unit in brackets, if it has one."""
+    unit = unit_of(metric)
+    return metric if unit == "-" else f"{metric} [{unit}]"
+
+
+def counts_text(tally: Tally) -> str:
+    """What was told, what walks and how fast."""
+    text = f"{tally.count('done')} done, {tally.count('pruned')} pruned, "
+    text += f"{tally.count('infeasible')} infeasible"
+    if tally.walking:
+        text += f"; {tally.alive} of {tally.walking} of this batch still in the race"
+    if tally.walked:
+        text += f"; {tally.rate:.2g} robot-seconds a second"
+    return text
+
+
+def line(tally: Tally) -> str:
+    """The same and the best so far in one line."""
+    text = f"{tally.told} of {tally.total} told: {counts_text(tally)}"
+    front = tally.history.front
+    if front:
+        values = [
+            f"{with_unit(objective.metric)} {value:.4g}"
+            for objective, value in zip(
+                tally.history.study.objectives, front[0].objectives, strict=True
+            )
+        ]
+        what = "best" if len(front) == 1 else f"front of {len(front)}, first"
+        text += f"; {what}: candidate {front[0].number}, {', '.join(values)}"
+    left = remaining(tally, 0.0)
+    return f"{text}; {left}" if left else text
+
+
+def remaining(tally: Tally, since: float) -> str:
+    """Time left, a time `since` in [s] after the counts; nothing where it is not known."""
+    if tally.time_left is None or tally.told >= tally.total:
+        return ""
+    return f"about {duration(max(0.0, tally.time_left - since))} left"
