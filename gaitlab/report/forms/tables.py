@@ -27,7 +27,7 @@ from gaitlab.report.results import Results
 FOLDER = "tables"
 COUNTS = {"trials": "{}", "seeds": "Seeds {}"}  # facts that say how much a table rests on
 PARAMETERS = "parameter"  # begins a table of settings, which rests on no trial
-FIRST = "headline"  # name of a table that stands below the title of the page
+FIRST, TABLE = "headline", "table"  # names of tables that stand below the title of the page
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,18 +72,24 @@ def write_tables(page: Path, results: Results | None = None) -> list[Path]:
 def named_tables(tokens: Sequence[Token]) -> Iterator[tuple[str, PageTable]]:
     """Tables that have titles above their columns, each with the name of its files.
 
-    The name is that of the heading above; a further table below the same heading is named after
-    its first column.
+    The name is that of the heading above; a further table below the same heading adds the title
+    of its first column.
     """
     taken = {slug(Path(name).stem): 0 for name in (*TIDY, "README")}
     anchors: set[str] = set()
     for found in page_tables(tokens):
         if any(plain(title).strip() for title in found.header):
-            below = slug(found.heading.text) if found.heading.level > 1 else FIRST
             again = found.heading.anchor in anchors
-            name = (slug(plain(found.header[0])) if again else "") or below or "table"
             anchors.add(found.heading.anchor)
-            yield unused(name, taken), found
+            yield unused(_name(found, again), taken), found
+
+
+def _name(found: PageTable, again: bool) -> str:
+    titled = found.heading.level > 1
+    below = slug(found.heading.text) if titled else ""
+    first = slug(plain(found.header[0])) if again else ""
+    named = "-".join(part for part in (below, first) if part)
+    return named or (TABLE if titled or again else FIRST)
 
 
 def origin_of(tokens: Sequence[Token]) -> Origin:
