@@ -26,13 +26,15 @@ LISTED = ("choices", "when")  # keys of a choice that has a condition
 ROUNDING = 1e-6  # steps; forgives 0.05 / 0.01 being below 5
 
 
-def read_search(node: Node | None, section: Node, parts: Parts) -> tuple[Numbers | Choices, ...]:
+def read_search(
+    node: Node | None, section: Node, parts: Parts | None
+) -> tuple[Numbers | Choices, ...]:
     """The space; what is searched only under a condition comes last.
 
     Args:
         node: The section; None if there is none.
         section: What it belongs to.
-        parts: What the paths change.
+        parts: What the paths change; None if that is wrong, and then the space is left empty.
 
     Raises:
         FileError: All mistakes.
@@ -45,6 +47,8 @@ def read_search(node: Node | None, section: Node, parts: Parts) -> tuple[Numbers
             "`gait.step_height: {low: 0.01, high: 0.06}` or `gait.heel_strike: [none, add]`"
         )
         raise FileError([place.problem(message)])
+    if parts is None:
+        return ()
     problems: list[Problem] = []
     found_items = {path: _item(path, node, parts, problems) for path in node.mapping}
     space = {path: item for path, item in found_items.items() if item is not None}

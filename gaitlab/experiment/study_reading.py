@@ -33,8 +33,7 @@ MOST_TRIALS = 10**6  # candidates
 MOST_BATCH = 1000  # candidates
 LARGEST_SEED = 2**32 - 1  # of a random number generator
 BESIDE = ("grid", "zip", "one_at_a_time", "walkers")  # keys that a study replaces
-OFF = ("off", False)
-ON = ("on", True)
+SWITCH = {"off": False, "on": True, False: False, True: True}
 FIRST_ROUND = 2  # seeds; one seed says little of a candidate
 
 
@@ -107,9 +106,7 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
     problems: list[Problem] = []
     plain = _collected(problems, lambda: build(StudySections, section, skip=()))
     sampler = _collected(problems, lambda: read_sampler(given.get("sampler")))
-    search = _collected(
-        problems, lambda: read_search(given.get("search"), section, parts) if parts else ()
-    )
+    search = _collected(problems, lambda: read_search(given.get("search"), section, parts))
     objectives = _collected(problems, lambda: read_objectives(given.get("objectives"), section))
     constraints = _collected(problems, lambda: read_constraints(given.get("constraints")))
     racing = _collected(problems, lambda: (_racing(given.get("racing"), len(seeds)),))
@@ -149,11 +146,16 @@ def _in_order(problems: list[Problem]) -> list[Problem]:
     return sorted(unique, key=lambda p: (str(p.file), p.line or 0, p.column or 0))
 
 
+def _switched(node: Node | None) -> bool | None:
+    """Whether a section is switched on or off; None for anything else, be it 0 or 1."""
+    value = node.value if node else None
+    return SWITCH.get(value) if isinstance(value, str | bool) else None
+
+
 def _racing(node: Node | None, seeds: int) -> Racing | None:
-    if node is not None and node.value in OFF:
-        return None
-    if node is None or node.value in ON:
-        return _usual_racing(seeds)
+    switched = _switched(node)
+    if node is None or switched is not None:
+        return None if switched is False else _usual_racing(seeds)
     if not node.mapping:
         message = f"racing: found {node.found()}; expected {{rounds: [2, 4, 8]}}, on or off"
         raise FileError([node.problem(message)])
@@ -200,7 +202,7 @@ def _rounds(node: Node, seeds: int) -> tuple[int, ...]:
 
 
 def _early_stop(node: Node | None) -> int | None:
-    if node is None or node.value is None or node.value in OFF:
+    if node is None or node.value is None or _switched(node) is False:
         return None
     item = Parameter(
         name="early_stop",
