@@ -81,6 +81,18 @@ class Plan:
                 trial = Trial(**shared, seed=seed)
                 yield PlannedTrial(trial=trial, values=cell.values, cell_index=cell.index)
 
+    def rounds(self) -> Iterator[tuple[int, PlannedTrial]]:
+        """Trials seed by seed, so that every cell has one before any has two.
+
+        Each comes with its place among `trials`.
+        """
+        maker, seeds = _Maker(self.experiment), self.experiment.seeds
+        for number, seed in enumerate(seeds):
+            for cell in self.cells():
+                trial = Trial(**maker.shared(cell.values), seed=seed)
+                planned = PlannedTrial(trial=trial, values=cell.values, cell_index=cell.index)
+                yield cell.index * len(seeds) + number, planned
+
     @property
     def seconds(self) -> float:
         """Simulated seconds of a trial if the robot stays up, the mean over a sample of cells."""

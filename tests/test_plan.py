@@ -33,6 +33,15 @@ def test_a_plan_is_the_same_every_time(tmp_path: Path) -> None:
     assert first == second
 
 
+def test_rounds_are_the_same_trials_one_seed_of_every_cell_after_another(tmp_path: Path) -> None:
+    made = plan(read(tmp_path))
+    trials, rounds = list(made.trials()), list(made.rounds())
+    assert sorted(place for place, _ in rounds) == list(range(made.size))
+    assert all(planned.trial.id == trials[place].trial.id for place, planned in rounds)
+    seeds = [planned.trial.seed for _, planned in rounds]
+    assert seeds == sorted(seeds)
+
+
 def test_cells_keep_the_order_of_the_file(tmp_path: Path) -> None:
     cells = [cell.values for cell in plan(read(tmp_path)).cells()]
     assert [cell["surface"] for cell in cells[:4]] == ["grass_50mm", "carpet_4mm"] * 2

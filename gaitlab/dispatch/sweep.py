@@ -24,6 +24,7 @@ from gaitlab.provenance import provenance
 from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
 from gaitlab.store.store import TABLE_FROM
 
+MANY_CELLS = 5000  # more are not told apart in the time left, which is looked up at every end
 TIMEOUT = 120.0  # s any trial may take
 TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
 
@@ -130,9 +131,9 @@ class _Sweep:
     def _timed(self, planned: Plan, times: dict[str, float]) -> Iterator[PlannedTrial]:
         """The trials of a plan, noting their ids, and their time if the robot stays up in [s]."""
         for item in planned.trials():
-            trial, names = item.trial, item.trial.names
+            trial = item.trial
             self.order.append(trial.id)
-            self.kinds[trial.id] = (names.robot, names.surface)
+            self.kinds[trial.id] = _kind(item) if planned.cell_count <= MANY_CELLS else ()
             times[trial.id] = duration(trial.gait, trial.horizon)
             yield item
 
@@ -191,15 +192,26 @@ def _executor(store: Store, jobs: int) -> Executor:
 def _jobs(
     planned: Plan, order: Sequence[str], todo: Mapping[str, float]
 ) -> Iterator[tuple[Job, PlannedTrial]]:
-    """The trials that are due, in the order of the plan, each once and only when asked for."""
+    """The trials that are due, each once and only when asked for.
+
+    Seed by seed: a run that is stopped early leaves a whole table of fewer seeds, and the time left
+    is known from every cell after the first round.
+    """
     left = set(todo)
-    for trial_id, item in zip(order, planned.trials(), strict=True):
+    for place, item in planned.rounds():
         if not left:
             return
+        trial_id = order[place]
         if trial_id in left:
             left.remove(trial_id)
             timeout = TIMEOUT + TIMEOUT_RATIO * todo[trial_id]
             yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout), item
+
+
+def _kind(item: PlannedTrial) -> Kind:
+    """What tells how soon a robot falls, from the coarse to the fine."""
+    names = item.trial.names
+    return names.robot, names.surface, str(item.cell_index)
 
 
 def _megabytes(size: float) -> str:
