@@ -66,14 +66,16 @@ def report(
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Write the tables and figures of one or several experiments as a page of Markdown.
+    """Write the tables and figures of experiments, or of studies, as a page of Markdown.
 
     \b
     Example:
       gaitlab report eros_table7 eros_table8
       gaitlab report eros_quick --format html --tables
+      gaitlab report eros_small
     """
     from gaitlab.experiment import load_experiment
+    from gaitlab.optimize.findings import write_study_report
     from gaitlab.report import write_report
     from gaitlab.store import Store
 
@@ -81,7 +83,8 @@ def report(
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     with other_output_on_stderr():
         loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
-        page = write_report(loaded, Store(store), output, html=form is Form.html, tables=tables)
+        write = write_study_report if any(one.study for one in loaded) else write_report
+        page = write(loaded, Store(store), output, html=form is Form.html, tables=tables)
     say(str(page))
     return 0
 

@@ -18,7 +18,7 @@ from gaitlab.optimize.validation import (
     winner_experiment,
 )
 from gaitlab.plugins import locate
-from gaitlab.report.forms import write_html
+from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.provenance import common_values, seeds_text
 from gaitlab.report.sources import DEFAULT_STORE, PROVENANCE, SETTING
@@ -40,6 +40,7 @@ def write_study_report(
     *,
     storage: str | None = None,
     html: bool = False,
+    tables: bool = False,
 ) -> Path:
     """Write the report of one or several studies; nothing is simulated.
 
@@ -50,6 +51,7 @@ def write_study_report(
         output: Folder of the page and its figures; by default `reports/<names>`.
         storage: Address of the database, if it is not the store's own.
         html: Also write the page as one file of HTML.
+        tables: Also write every table as LaTeX and CSV.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -68,6 +70,8 @@ def write_study_report(
     folder = output or REPORTS / "+".join(one.name for one in experiments)
     single = len(found) == 1
     page = write_study_page(found[0], folder) if single else write_pages_together(found, folder)
+    if tables:
+        write_tables(page)
     return write_html(page) if html else page
 
 
