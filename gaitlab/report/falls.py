@@ -75,10 +75,31 @@ def numbers(values: pd.Series) -> np.ndarray:
     return known[np.isfinite(known)]
 
 
-def fall_phases(results: Results) -> list[tuple[str, np.ndarray]]:
-    """Label and gait phases at the fall of every variant that fell while walking."""
-    phases = [(v.label, numbers(fallen(results.of(v))["fall_phase"])) for v in results.variants]
-    return [(label, values) for label, values in phases if len(values)]
+def falls_by_phase(results: Results, edges: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Title and falls of every variant that fell, by direction and gait phase.
+
+    The first column of the counts holds the falls during start-up, which have no phase.
+    """
+    falls = [(variant.label, fallen(results.of(variant))) for variant in results.variants]
+    alone = len(results.variants) == 1
+    return [
+        (
+            plural(len(f), "fall") if alone else f"{label}: {plural(len(f), 'fall')}",
+            _table(f, edges),
+        )
+        for label, f in falls
+        if len(f)
+    ]
+
+
+def _table(falls: pd.DataFrame, edges: np.ndarray) -> np.ndarray:
+    """Falls counted. Shape (directions, 1 + phases)."""
+    rows = []
+    for name in DIRECTIONS:
+        chosen = falls[falls["fall_direction"] == name]
+        phases = numbers(chosen["fall_phase"])
+        rows.append([len(chosen) - len(phases), *np.histogram(phases, edges)[0]])
+    return np.array(rows, dtype=int)
 
 
 def reasons(results: Results) -> str:
@@ -101,7 +122,8 @@ def _first_line(reason: object) -> str:
 
 def metrics_table(results: Results) -> str:
     """Median and quartiles of the other metrics, one column a variant, falls included."""
-    names = [name for name in SHOWN_METRICS if name in results.trials.columns]
+    asked = dict.fromkeys((*results.metrics, *SHOWN_METRICS))
+    names = [name for name in asked if name in results.trials.columns]
     if results.done.empty or not names:
         return ""
     rows = [_metric_row(results, name) for name in names]

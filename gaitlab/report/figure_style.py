@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -23,6 +24,8 @@ GREEN, ORANGE, PURPLE, YELLOW = "#009E73", "#E69F00", "#CC79A7", "#F0E442"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION, BLACK, YELLOW)
 HATCHES = ("", "///", "...", "xxx", "\\\\\\", "ooo", "+++", "---")
 INK, FAINT, PAPER = "#222222", "#BBBBBB", "#FFFFFF"
+BAND = "#EBEBEB"  # behind a curve: a span of time
+DARK = 0.55  # share above which white letters read better than black ones
 
 TEXT_WIDTH = 8.0  # in, the width of a page of a code-hosting site at SCREEN_DPI
 SCREEN_DPI = 150  # 1/in, sharp on a screen of double density
@@ -59,6 +62,11 @@ class FigureFiles(NamedTuple):
     svg: Path
 
 
+def wrapped(text: str, width: int) -> str:
+    """A title on as many lines as it needs, at most three."""
+    return fill(text, width, max_lines=3, placeholder=" …")
+
+
 @contextmanager
 def style() -> Iterator[None]:
     """Settings that hold while a figure is made and saved."""
@@ -73,10 +81,23 @@ def new_figure(width: float = TEXT_WIDTH, height: float = 3.0) -> Figure:
     return figure
 
 
+def _lay_out(figure: Figure) -> None:
+    """Place everything once for all formats, to a millionth of the page.
+
+    The solver's last digits differ from run to run and would be hashed into names in the SVG.
+    """
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        x, y, width, height = (round(v, 6) for v in axes.get_position(original=True).bounds)
+        axes.set_position((x, y, width, height))
+
+
 def save(figure: Figure, folder: Path, name: str) -> FigureFiles:
     """Write `name`.png and `name`.svg; the same figure gives the same bytes."""
     files = FigureFiles(folder / f"{name}.png", folder / f"{name}.svg")
     with style():
+        _lay_out(figure)
         figure.savefig(files.png, dpi=SCREEN_DPI, metadata={"Software": None})
         figure.savefig(files.svg, metadata={"Date": None, "Creator": None})
     return files

@@ -19,6 +19,7 @@ from gaitlab.store import Store
 from gaitlab.trial import Trial, values
 
 MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
+EXPERIMENT = "experiment"  # column of the trials; a variant where nothing else differs
 OUTCOMES = ("stable", "stable_strict", "fell", "fall_direction", "fall_phase", "time_to_fall")
 COMPARED = (STEP, SWAY, *OPTIMISATION)  # what the printed tables and walks differ in
 NEEDED = ("reason", "distance", *OUTCOMES)  # columns that a store without a done trial lacks
@@ -34,14 +35,18 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     first = experiments[0]
     rows, columns = first.report.rows, first.report.columns
     _require_one_layout(experiments)
+    _require_own_names(experiments)
     planned = _planned(experiments, rows, columns)
     trials = _with_outcomes(planned, store, [experiment.name for experiment in experiments])
     if rows == columns:
         rows, trials[ONE_ROW] = ONE_ROW, "all"
     chosen = [path for e in experiments for path in e.report.variants]
     paths = free_paths(trials, chosen or list(_candidates(planned)), [rows, columns])
+    paths = _told_apart(trials, paths, [rows, columns])
+    if EXPERIMENT not in paths:
+        trials = trials.drop_duplicates(["trial_id", "surface"], ignore_index=True)
     variants, labels = find_variants(trials, paths)
-    trials["variant"] = labels
+    trials = trials.assign(variant=labels)
     return Results(
         title=first.report.title or first.title or first.name,
         question=" ".join(e.description for e in experiments if e.description) or _question(trials),
@@ -49,10 +54,41 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
         columns=columns,
         variants=tuple(_compared(experiments, trials, variants)),
         reading=first.report.distance_reading,
+        units=_units(experiments),
+        metrics=tuple(dict.fromkeys(name for e in experiments for name in e.report.metrics)),
+        maps=tuple(dict.fromkeys(pair for e in experiments for pair in e.report.maps)),
         trials=trials,
         log=store.log,
         trial=lambda trial_id: Trial.from_dict(store.record(trial_id).trial),
     )
+
+
+def _units(experiments: Sequence[Experiment]) -> dict[str, str]:
+    """SI unit of everything that is varied; names and ratios have none."""
+    varied = {path: e.parts for e in experiments for path in e.varied if "." in path}
+    return {path: parts.parameter(path).unit for path, parts in varied.items()}
+
+
+def _told_apart(trials: pd.DataFrame, paths: list[str], fixed: Sequence[str]) -> list[str]:
+    """The paths, and the experiment where nothing else tells two trials of one place apart.
+
+    Experiments may differ in a servo, a ground or a file of the user's own, which are no paths.
+    """
+    place = list(dict.fromkeys((*fixed, "surface", "seed", *paths)))
+    once = trials.drop_duplicates([*place, EXPERIMENT, "trial_id"])
+    between = once.groupby(place, dropna=False, sort=False)
+    alike = (between[EXPERIMENT].nunique() > 1) & (between["trial_id"].nunique() > 1)
+    return [EXPERIMENT, *paths] if alike.any() else paths
+
+
+def _require_own_names(experiments: Sequence[Experiment]) -> None:
+    digests: dict[str, str] = {}
+    for experiment in experiments:
+        if digests.setdefault(experiment.name, experiment.digest) != experiment.digest:
+            raise UsageError(
+                f"two different experiments are called {experiment.name}; give one of them "
+                "another `name:` so that the report can tell them apart"
+            )
 
 
 def _require_one_layout(experiments: Sequence[Experiment]) -> None:
@@ -83,7 +119,7 @@ def _planned(experiments: Sequence[Experiment], rows: str, columns: str) -> pd.D
         for experiment, base in zip(experiments, bases, strict=True)
         for row in _rows(experiment, base, list(paths))
     )
-    return frame.drop_duplicates(["trial_id", "surface"], ignore_index=True)
+    return frame.drop_duplicates(["trial_id", "surface", EXPERIMENT], ignore_index=True)
 
 
 def _rows(

@@ -61,6 +61,14 @@ def image(alt: str, file: str) -> str:
     return f"![{escape(alt)}]({file})"
 
 
+def details(summary: str, *blocks: str) -> str:
+    """Blocks behind a line that opens them; empty when there is no block."""
+    shown = [block for block in blocks if block]
+    if not shown:
+        return ""
+    return "\n\n".join([f"<details>\n<summary>{summary}</summary>", *shown, "</details>"])
+
+
 def section(title: str, *blocks: str) -> str:
     """A heading of the second level and what stands below it, empty blocks left out."""
     return "\n\n".join([f"## {title}", *(block for block in blocks if block)])

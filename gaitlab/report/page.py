@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitlab.report.cells import cell_tables, legend, paper_verdicts
+from gaitlab.report.cells import cell_tables, legend
 from gaitlab.report.comparison import comparison
-from gaitlab.report.falls import fall_phases, falls_table, metrics_table, reasons
+from gaitlab.report.extremes import extremes_section
+from gaitlab.report.falls import falls_by_phase, falls_table, reasons
 from gaitlab.report.figure_style import save
-from gaitlab.report.figures import fall_phases as fall_phases_figure
-from gaitlab.report.figures import share_map
+from gaitlab.report.figures.fall_map import PHASES, fall_map
 from gaitlab.report.headline import (
     HOW_TO_READ,
     PAPER_ROWS,
@@ -20,15 +20,18 @@ from gaitlab.report.headline import (
     runs_table,
     seeds_text,
 )
-from gaitlab.report.markdown import escape, fenced, image, section
-from gaitlab.report.pitch import pitch_caption, pitch_figure, pitch_panels, telling_cell
+from gaitlab.report.maps import cells_map, pair_maps
+from gaitlab.report.markdown import details, escape, fenced, image, section
+from gaitlab.report.measures import measures
+from gaitlab.report.motion import motion
 from gaitlab.report.provenance import Part, facts_table, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.rig import gantry_note
 from gaitlab.report.sentences import sentences
 from gaitlab.report.strip import strip_blocks
-from gaitlab.report.walks import BESIDE_WALKS, walks_table
 from gaitlab.report.words import plural
+
+MOST_OPEN_ROWS = 60  # of all tables of cells; more of them are folded away
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,12 +43,16 @@ class Sources:
         parts: Things with parameters.
         grounds: Table of the grounds.
         command: What makes the page again.
+        runs: What simulates the trials that are missing.
+        options: What a command on one of the trials needs besides its name.
     """
 
     facts: dict[str, str]
     parts: Sequence[Part]
     grounds: str
     command: str
+    runs: str = ""
+    options: str = ""
 
 
 def write_page(results: Results, sources: Sources, folder: Path) -> Path:
@@ -54,19 +61,20 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     blocks = [
         f"# {escape(results.title)}",
         escape(results.question),
-        _completeness(results),
+        _completeness(results, sources),
         f"Stable cells, {seeds_text(results)}:",
         headline(results),
         gantry_note(sources.parts),
         runs_table(results),
-        HOW_TO_READ,
-        PAPER_ROWS if compared_tables(results) else "",
+        details("How to read these tables", *_how_to_read(results)),
         _what_this_says(results, sources),
-        _cells(results, folder),
         comparison(results),
-        _pitch(results, folder),
+        _cells(results, folder),
+        pair_maps(results, folder),
+        measures(results, folder),
         _falls(results, folder),
-        _metrics(results),
+        motion(results, folder),
+        extremes_section(results, sources.options),
         _provenance(sources),
     ]
     page = folder / "README.md"
@@ -74,8 +82,8 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     return page
 
 
-def _completeness(results: Results) -> str:
-    """What is missing, in one bold line; empty when every planned trial is there."""
+def _completeness(results: Results, sources: Sources) -> str:
+    """What is missing and how to get it; empty when every planned trial is there."""
     planned = len(results.trials)
     counts = results.trials["state"].value_counts()
     missing, failed = int(counts.get("MISSING", 0)), int(counts.get("FAILED", 0))
@@ -84,7 +92,14 @@ def _completeness(results: Results) -> str:
         parts.append(f"{planned - missing} of {planned} planned trials are in the store")
     if failed:
         parts.append(f"{plural(failed, 'trial')} failed and count nowhere")
-    return f"**Incomplete: {'; '.join(parts)}.**" if parts else ""
+    if not parts:
+        return ""
+    rest = f"The rest:\n\n{fenced(sources.runs, 'sh')}" if missing and sources.runs else ""
+    return "\n\n".join(part for part in (f"**Incomplete: {'; '.join(parts)}.**", rest) if part)
+
+
+def _how_to_read(results: Results) -> list[str]:
+    return [HOW_TO_READ, *([PAPER_ROWS] if compared_tables(results) else [])]
 
 
 def _what_this_says(results: Results, sources: Sources) -> str:
@@ -93,43 +108,23 @@ def _what_this_says(results: Results, sources: Sources) -> str:
 
 
 def _cells(results: Results, folder: Path) -> str:
-    if len(results.row_values) * len(results.column_values) < 2:
-        return section("Cell by cell", legend(results), cell_tables(results))
-    save(share_map(results, paper_verdicts(results)), folder, "stable_share")
-    alt = f"Stable seeds of each cell, one panel a variant, for {results.title}"
-    return section(
-        "Cell by cell", legend(results), image(alt, "stable_share.png"), cell_tables(results)
-    )
-
-
-def _pitch(results: Results, folder: Path) -> str:
-    place = telling_cell(results)
-    panels = pitch_panels(results, *place) if place else []
-    if place is None or not panels:
-        return ""
-    save(pitch_figure(panels), folder, "pitch")
-    picture = image("Trunk pitch against time, one panel a variant", "pitch.png")
-    walks = walks_table(results)
-    beside = f"{BESIDE_WALKS}\n\n{walks}" if walks else ""
-    return section("Pitch against time", picture, pitch_caption(results, *place), beside)
+    picture, tables = cells_map(results, folder), cell_tables(results)
+    rows = sum(line.startswith("| ") for line in tables.splitlines())
+    if rows > MOST_OPEN_ROWS and picture:
+        tables = details(f"The {plural(rows, 'row')} of the tables", tables)
+    return section("Cell by cell", legend(results), picture, tables)
 
 
 def _falls(results: Results, folder: Path) -> str:
-    phases, picture = fall_phases(results), ""
-    if phases:
-        save(fall_phases_figure(phases), folder, "fall_phase")
-        picture = image("Falls over the gait phase, one histogram a variant", "fall_phase.png")
+    counts, picture = falls_by_phase(results, PHASES), ""
+    if counts:
+        save(fall_map(counts), folder, "falls")
+        picture = image("Falls counted by direction and gait phase", "falls.png")
     why = reasons(results)
     unplanned = f"### Trials without a result\n\n{why}" if why else ""
     return section(
         "Falls", falls_table(results), picture, *strip_blocks(results, folder), unplanned
     )
-
-
-def _metrics(results: Results) -> str:
-    table = metrics_table(results)
-    note = "Median [quartiles] over all simulated trials, each measured up to its fall."
-    return section("Other measures", note, table) if table else ""
 
 
 def _provenance(sources: Sources) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import pandas as pd
@@ -31,6 +31,9 @@ class Results:
         trials: One row a planned trial, in the order of the plan. Columns as of the store, every
             varied parameter under its dotted path, and `variant`, the label; the state of a trial
             that is not in the store is MISSING.
+        units: SI unit of every varied parameter by its dotted path.
+        metrics: Metrics to draw for each surface; empty for the usual ones.
+        maps: Pairs of columns of `trials` over which to map the stable share; empty to choose.
         log: The log of a trial by its id.
         trial: The trial itself by its id.
     """
@@ -44,6 +47,9 @@ class Results:
     trials: pd.DataFrame
     log: Callable[[str], TrialLog]
     trial: Callable[[str], Trial]
+    units: Mapping[str, str] = field(default_factory=dict)
+    metrics: tuple[str, ...] = ()
+    maps: tuple[tuple[str, ...], ...] = ()
 
     @property
     def row_values(self) -> tuple[Value, ...]:

@@ -27,22 +27,32 @@ MACHINE = ("git_commit", "host")
 
 def sources(experiments: Sequence[Experiment], store: Store, results: Results) -> Sources:
     """Digests, versions, seeds and parameters of everything that took part."""
+    runs = [_run_command(experiment, store) for experiment in experiments]
     return Sources(
         facts=_facts(experiments, results),
         parts=list(_parts(experiments, results)),
         grounds=ground_table(_grounds(experiments)),
-        command=_command(experiments, store),
+        command="\n".join([*runs, _report_command(experiments, store)]),
+        runs="\n".join(runs),
+        options=_store_option(store),
     )
 
 
-def _command(experiments: Sequence[Experiment], store: Store) -> str:
-    """The shell lines that run what is missing and write the page."""
-    at = "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
-    settings = [_settings(experiment) for experiment in experiments]
-    names = [shlex.quote(_called(experiment)) for experiment in experiments]
-    runs = [f"gaitlab run {n}{more}{at}" for n, more in zip(names, settings, strict=True)]
-    shared = "".join(dict.fromkeys(settings))
-    return "\n".join([*runs, f"gaitlab report {' '.join(names)}{shared}{at}"])
+def _store_option(store: Store) -> str:
+    return "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
+
+
+def _run_command(experiment: Experiment, store: Store) -> str:
+    """The shell line that runs what is missing of an experiment."""
+    name = shlex.quote(_called(experiment))
+    return f"gaitlab run {name}{_settings(experiment)}{_store_option(store)}"
+
+
+def _report_command(experiments: Sequence[Experiment], store: Store) -> str:
+    """The shell line that writes the page."""
+    names = " ".join(shlex.quote(_called(experiment)) for experiment in experiments)
+    shared = "".join(dict.fromkeys(_settings(experiment) for experiment in experiments))
+    return f"gaitlab report {names}{shared}{_store_option(store)}"
 
 
 def _settings(experiment: Experiment) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from gaitlab.report.results import Results
+from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Value, value_text
 from gaitlab.statistics import Interval
@@ -68,9 +68,26 @@ def path_text(path: str) -> str:
     return path.rpartition(".")[2].replace("_", " ")
 
 
-def is_length(path: str) -> bool:
-    """Whether a dotted path is a length in [m], by the words it ends with."""
-    return path.endswith(("_length", "_height", "_width", "_sway"))
+def axis_text(results: Results, path: str) -> str:
+    """A dotted path as the label of an axis, with its unit if it has one."""
+    unit = results.units.get(path, "-")
+    return path_text(path) + (f" [{unit}]" if unit != "-" else "")
+
+
+def with_unit(results: Results, path: str, value: Value) -> str:
+    """A value of a dotted path, with its unit if it has one; a ground by its title."""
+    if path == "surface":
+        return surface_text(str(value))
+    unit = results.units.get(path, "-")
+    return value_text(value) + (f" {unit}" if unit != "-" else "")
+
+
+def place_text(results: Results, row: Value, column: Value) -> str:
+    """The cell of a row and a column: `grass 30 mm, step length 0.04 m`."""
+    place = column_text(results, column)
+    if results.rows in (ONE_ROW, "surface"):
+        return place if results.rows == ONE_ROW else f"{surface_text(str(row))}, {place}"
+    return f"{place}, {path_text(results.rows)} {with_unit(results, results.rows, row)}"
 
 
 def column_text(results: Results, value: Value) -> str:

@@ -12,12 +12,12 @@ from gaitlab.report.cells import agreement, cell_tables, compared, row_text
 from gaitlab.report.falls import falls_table, quartiles, reasons
 from gaitlab.report.headline import headline
 from gaitlab.report.page import Sources, write_page
-from gaitlab.report.pitch import representative, telling_cell
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.sentences import paired, sentences
 from gaitlab.report.strip import strip_blocks
+from gaitlab.report.telling import representative, telling_cell
 from gaitlab.report.walks import walks_table
 from gaitlab.statistics import mcnemar
 from tests.report.builder import results_of, toy_trials, trial
@@ -178,14 +178,14 @@ def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
     trials = [t for t in toy_trials(seeds=2) if t["surface"] != "grass_10mm"]
     pages = [write_page(results_of(trials), SOURCES, tmp_path / name) for name in "ab"]
     files = [{f.name: f.read_bytes() for f in page.parent.iterdir()} for page in pages]
-    assert {"README.md", "stable_share.png", "stable_share.svg", "pitch.svg"} <= set(files[0])
+    assert {"README.md", "stable_share.png", "stable_share.svg", "balance.svg"} <= set(files[0])
     assert files[0] == files[1]
 
 
 def test_every_image_of_the_page_lies_beside_it(tmp_path: Path) -> None:
     page = write_page(results_of(toy_trials(seeds=2)), SOURCES, tmp_path)
     images = re.findall(r"!\[[^]]+\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
-    assert len(images) == 5
+    assert len(images) == 8
     assert all((tmp_path / name).is_file() for name in images)
 
 

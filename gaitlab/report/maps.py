@@ -1,0 +1,153 @@
+"""Shares of stable seeds over two varied parameters: the cells of the tables, and other pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from pathlib import Path
+
+import pandas as pd
+
+from gaitlab.report.cells import paper_verdicts
+from gaitlab.report.figure_style import save
+from gaitlab.report.figures.share_map import Grid, Square, share_map
+from gaitlab.report.markdown import escape, image, section
+from gaitlab.report.results import ONE_ROW, Results
+from gaitlab.report.scores import Cell, truth
+from gaitlab.report.variants import Value, Variant, value_text
+from gaitlab.report.words import axis_text, column_text, letter, path_text, plural, surface_text
+
+MOST_PANELS = 6  # variants in one picture
+MOST_MAPS = 3  # chosen without being asked for
+FIXED = ("trial_id", "experiment", "seed", "variant", ONE_ROW)
+
+
+def cells_map(results: Results, folder: Path) -> str:
+    """The tables' cells as a picture, one panel a variant; empty for a single cell."""
+    if len(results.row_values) * len(results.column_values) < 2:
+        return ""
+    paper = paper_verdicts(results)
+    grids = [_grid_of(results, v, paper) for v in results.variants[:MOST_PANELS]]
+    rows = "" if results.rows == ONE_ROW else axis_text(results, results.rows)
+    columns = "" if results.columns == "surface" else axis_text(results, results.columns)
+    save(share_map(grids, rows, columns), folder, "stable_share")
+    alt = f"Stable seeds of each cell, one panel a variant, for {results.title}"
+    rest = len(results.variants) - MOST_PANELS
+    note = f"{plural(rest, 'further variant')} not drawn; the tables have them." if rest > 0 else ""
+    return "\n\n".join(part for part in (image(alt, "stable_share.png"), note) if part)
+
+
+def _grid_of(
+    results: Results, variant: Variant, paper: Mapping[tuple[str, Value, Value], bool]
+) -> Grid:
+    squares = [
+        [
+            _square(results.cell(variant, row, column), paper.get((variant.label, row, column)))
+            for column in results.column_values
+        ]
+        for row in results.row_values
+    ]
+    return Grid(
+        title=variant.label if len(results.variants) > 1 else "",
+        rows=_titles(results, results.rows, results.row_values),
+        columns=[_column_title(results, value) for value in results.column_values],
+        squares=squares,
+    )
+
+
+def _column_title(results: Results, value: Value) -> str:
+    return column_text(results, value) if results.columns == "surface" else value_text(value)
+
+
+def _titles(results: Results, path: str, values: Sequence[Value]) -> list[str]:
+    """Values of a path; the label of the axis carries the unit."""
+    if path == ONE_ROW:
+        return [""]
+    if path == "surface":
+        return [surface_text(str(value)) for value in values]
+    return [value_text(value).replace("_", " ") for value in values]
+
+
+def _square(cell: Cell, printed: bool | None) -> Square:
+    if printed is None:
+        return Square(count=cell.count(), n=cell.n, feasible=cell.feasible)
+    differs = cell.n > 0 and cell.verdict() != printed
+    note = f"paper {letter(printed)}" + (" ≠" if differs else "")
+    return Square(count=cell.count(), n=cell.n, feasible=cell.feasible, note=note, loud=differs)
+
+
+def pair_maps(results: Results, folder: Path) -> str:
+    """The section with maps over pairs of parameters; empty when the tables show all there is."""
+    asked = [pair for pair in results.maps if set(pair) <= set(results.trials.columns)]
+    blocks = []
+    for k, (rows, columns) in enumerate(asked or _chosen(results), start=1):
+        name = f"map_{k}"
+        grid = _pooled(results, rows, columns)
+        label = "" if columns == "surface" else axis_text(results, columns)
+        save(share_map([grid], axis_text(results, rows), label), folder, name)
+        alt = f"Stable runs over {path_text(rows)} and {path_text(columns)}"
+        blocks += [image(alt, f"{name}.png"), _caption(results, rows, columns)]
+    return section("Two parameters at a time", *blocks) if blocks else ""
+
+
+def varied_paths(results: Results) -> list[str]:
+    """Paths that take several values, each standing for those that move together with it."""
+    candidates = [
+        path
+        for path in dict.fromkeys((results.rows, results.columns, "surface", *results.units))
+        if path not in FIXED and path in results.trials and results.trials[path].nunique() > 1
+    ]
+    codes = {path: pd.factorize(results.trials[path])[0].tobytes() for path in candidates}
+    return [path for k, path in enumerate(candidates) if codes[path] not in _before(codes, k)]
+
+
+def _before(codes: Mapping[str, bytes], k: int) -> set[bytes]:
+    return set(list(codes.values())[:k])
+
+
+def _chosen(results: Results) -> list[tuple[str, str]]:
+    """Pairs beside that of the tables, the numbers first, when more than two paths are varied."""
+    paths = varied_paths(results)
+    if len(paths) < 3:
+        return []
+    numeric = [p for p in paths if pd.api.types.is_numeric_dtype(results.trials[p])]
+    ordered = [*numeric, *(p for p in paths if p not in numeric)]
+    table = {results.rows, results.columns}
+    pairs = [pair for pair in combinations(ordered, 2) if set(pair) != table]
+    return pairs[:MOST_MAPS]
+
+
+def _pooled(results: Results, rows: str, columns: str) -> Grid:
+    """All runs by two paths, whatever else they differ in."""
+    trials = results.trials
+    counts = {
+        (row, column): _counted(group)
+        for (row, column), group in trials.groupby([rows, columns], sort=False, dropna=False)
+    }
+    row_values, column_values = _values(trials, rows), _values(trials, columns)
+    empty = Square(count=0, n=0, feasible=True)
+    return Grid(
+        title="",
+        rows=_titles(results, rows, row_values),
+        columns=_titles(results, columns, column_values),
+        squares=[[counts.get((r, c), empty) for c in column_values] for r in row_values],
+    )
+
+
+def _values(trials: pd.DataFrame, path: str) -> list[Value]:
+    """Values of a path: numbers rising, names as planned."""
+    values = list(dict.fromkeys(trials[path]))
+    return values if any(isinstance(value, str) for value in values) else sorted(values)
+
+
+def _counted(trials: pd.DataFrame) -> Square:
+    scored = trials[trials["state"].isin(("DONE", "INFEASIBLE"))]
+    feasible = not len(scored) or bool((scored["state"] == "DONE").any())
+    return Square(count=int(truth(scored["stable"]).sum()), n=len(scored), feasible=feasible)
+
+
+def _caption(results: Results, rows: str, columns: str) -> str:
+    others = [path for path in varied_paths(results) if path not in (rows, columns)]
+    pooled = ", ".join(escape(path_text(path)) for path in others)
+    text = "Runs that stayed up, of those scored"
+    return f"{text}, whatever their {pooled}." if pooled else f"{text}."

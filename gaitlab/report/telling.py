@@ -1,0 +1,133 @@
+"""Which trials are worth a look: one cell that tells the variants apart, and the extremes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from gaitlab.log import TrialLog
+from gaitlab.report.results import Results
+from gaitlab.report.scores import truth
+from gaitlab.report.variants import Value, Variant
+from gaitlab.trial import Trial
+
+MOST_WALKS = 2  # variants whose walks are drawn, side by side
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Walk:
+    """The seeds of one cell, and the one that stands for them.
+
+    Attributes:
+        label: The variant; empty when there is one alone.
+        seed: Seed of the shown trial.
+        trial: The shown trial.
+        log: Its log.
+        amplitude: Its pitch amplitude, in [rad]; NaN if not defined.
+        others: Ids of the other seeds that were simulated.
+        falls: Seeds that fell.
+    """
+
+    label: str
+    seed: int
+    trial: Trial
+    log: TrialLog
+    amplitude: float
+    others: Sequence[str]
+    falls: int
+
+    @property
+    def n(self) -> int:
+        """Seeds that were simulated."""
+        return len(self.others) + 1
+
+    @property
+    def title(self) -> str:
+        """Variant, what happened and which seed is drawn thick."""
+        head = f"{self.label}: " if self.label else ""
+        return f"{head}{self.falls} of {self.n} seeds fell; thick: seed {self.seed}"
+
+
+def representative(trials: pd.DataFrame) -> str:
+    """Id of the seed of median distance; of two in the middle the shorter."""
+    ordered = trials.sort_values(["distance", "seed"], kind="stable")
+    return str(ordered["trial_id"].iloc[(len(ordered) - 1) // 2])
+
+
+def telling_cell(results: Results) -> tuple[Value, Value] | None:
+    """Row and column whose walks say most; None if nothing was simulated.
+
+    The cell in which most variants were simulated and their stable shares differ most; of equals,
+    the one in which the shares are nearest to one half, then the first.
+    """
+    best: tuple[tuple[float, float, float], tuple[Value, Value]] | None = None
+    for column in results.column_values:
+        for row in results.row_values:
+            cells = [results.cell(variant, row, column) for variant in results.variants]
+            shares = [cell.share() for cell in cells if cell.n and cell.feasible]
+            if not shares:
+                continue
+            doubt = -sum(abs(share - 0.5) for share in shares) / len(shares)
+            rank = (float(len(shares)), round(max(shares) - min(shares), 9), round(doubt, 9))
+            if best is None or rank > best[0]:
+                best = (rank, (row, column))
+    return best and best[1]
+
+
+def walks_of(results: Results, row: Value, column: Value) -> list[Walk]:
+    """The walks of one cell: of the variants that fall least and most there, in their order."""
+    shares = {
+        variant.label: results.cell(variant, row, column).share()
+        for variant in results.variants
+        if (results.at(variant, row, column)["state"] == "DONE").any()
+    }
+    ordered = sorted(shares, key=lambda label: shares[label])
+    chosen = {*ordered[:1], *ordered[-1:]} if len(ordered) > MOST_WALKS else set(ordered)
+    return [
+        _walk(results, variant, row, column)
+        for variant in results.variants
+        if variant.label in chosen
+    ]
+
+
+def _walk(results: Results, variant: Variant, row: Value, column: Value) -> Walk:
+    trials = results.at(variant, row, column)
+    trials = trials[trials["state"] == "DONE"]
+    shown = representative(trials)
+    chosen = trials[trials["trial_id"] == shown].iloc[0]
+    return Walk(
+        label=variant.label if len(results.variants) > 1 else "",
+        seed=int(chosen["seed"]),
+        trial=results.trial(shown),
+        log=results.log(shown),
+        amplitude=float(chosen.get("pitch_amplitude", float("nan"))),
+        others=tuple(str(name) for name in trials["trial_id"] if name != shown),
+        falls=int(truth(trials["fell"]).sum()),
+    )
+
+
+def extremes(results: Results) -> Iterator[tuple[str, pd.Series]]:
+    """The best and the worst trial of the page, each with what makes it so.
+
+    Best is the farthest walk without a fall, worst the earliest fall; when nobody fell, the
+    shortest walk, and when everybody fell, the latest fall is the best.
+    """
+    done = results.done.assign(late=pd.to_numeric(results.done["time_to_fall"]))
+    fell = truth(done["fell"])
+    up, down = done[~fell], done[fell]
+    if len(up):
+        yield "farthest walk without a fall", _first(up, "distance", rising=False)
+    elif len(down):
+        yield "latest fall", _first(down, "late", rising=False)
+    if len(down):
+        yield "earliest fall", _first(down, "late", rising=True)
+    elif len(up) > 1:
+        yield "shortest walk", _first(up, "distance", rising=True)
+
+
+def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:
+    """First trial in the order of a column; of equals the first of the plan."""
+    keyed = trials.assign(key=pd.to_numeric(trials[column]))
+    return keyed.sort_values("key", ascending=rising, kind="stable", na_position="last").iloc[0]
