@@ -80,9 +80,11 @@ def require_comparable(experiment: Experiment, before: Baseline) -> None:
             f"give its own baseline, or {NEW}"
         )
     seeds: dict[str, set[int]] = {}
+    identities: set[str] = set()
     for item in plan(experiment).trials():
         found = listed(item)
         seeds.setdefault(canonical_json(found.values), set()).add(found.seed or 0)
+        identities.add(found.trial_id)
     shared = [place for place in before.cells if place in seeds]
     if not shared:
         raise Undecided(
@@ -90,8 +92,10 @@ def require_comparable(experiment: Experiment, before: Baseline) -> None:
             f"{next(iter(before.cells), 'none')}, those of tonight like "
             f"{next(iter(seeds), 'none')}; {NEW}"
         )
-    sizes = {place: _comparable(before.cells[place], seeds[place]) for place in shared}
-    _require_seeds([before.cells[place] for place in shared], list(sizes.values()))
+    sizes = [_comparable(before.cells[place], seeds[place]) for place in shared]
+    known = {walk.trial_id for walk in before.walks}
+    if not known & identities:  # else the bits may decide, however few they are
+        _require_seeds([before.cells[place] for place in shared], sizes, coarsest=1.0)
 
 
 def _comparable(before: Sequence[Walk], seeds: set[int]) -> int:
@@ -123,11 +127,13 @@ def compared(before: Baseline, tonight: Baseline) -> Outcome:
     )
     if runs.paired and len(pairs) == runs.n and not differing:
         return replace(outcome, mode="exact")
-    _require_seeds(
-        [cell.before for cell in runs.cells],
-        [min(len(cell.before), len(cell.tonight)) for cell in runs.cells],
-    )
-    return replace(outcome, quantities=tested(runs))
+    outcome = replace(outcome, quantities=tested(runs))
+    if not outcome.worse:
+        _require_seeds(
+            [cell.before for cell in runs.cells],
+            [min(len(cell.before), len(cell.tonight)) for cell in runs.cells],
+        )
+    return outcome
 
 
 def checked(before: Baseline, tonight: Baseline) -> list[Quantity]:
@@ -187,7 +193,9 @@ def _surroundings(before: Baseline, tonight: Baseline) -> list[tuple[str, str, s
     return [(name, then, now) for name, then, now in told if then != now]
 
 
-def _require_seeds(cells: Sequence[Sequence[Walk]], sizes: Sequence[int]) -> None:
+def _require_seeds(
+    cells: Sequence[Sequence[Walk]], sizes: Sequence[int], coarsest: float = COARSEST
+) -> None:
     """Refuse a gate that would not notice a large loss of stability.
 
     Raises:
@@ -196,7 +204,7 @@ def _require_seeds(cells: Sequence[Sequence[Walk]], sizes: Sequence[int]) -> Non
     surfaces = {walk.cell.get("surface") for cell in cells for walk in cell}
     tests = test_count(len(surfaces))
     shares = [sum(walk.stable for walk in cell) / len(cell) for cell in cells]
-    if least_drop(_counts(shares, sizes), tests) <= COARSEST:
+    if least_drop(_counts(shares, sizes), tests) <= coarsest:
         return
     needed = _needed(shares, tests)
     seeds = f"{min(sizes)} to {max(sizes)}" if min(sizes) < max(sizes) else str(min(sizes))

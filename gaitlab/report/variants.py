@@ -40,6 +40,8 @@ def _part(path: str, value: Value, bare: bool) -> str:
     name = path.rpartition(".")[2].replace("_", " ")
     if is_off(value):
         return ""
+    if path == "experiment":
+        return str(value)
     return name if bare or value is True else f"{name} {value_text(value)}"
 
 
