@@ -83,7 +83,7 @@ def _by_place(store: Store, address: str, experiment: str, parts: Sequence[str])
 
         known = ", ".join(lists) or "none"
         raise UnknownName(
-            f"{store.path}: {address!r} means no trial{nearest(experiment, list(lists))}; give "
+            f"{store.path}: {address!r} means no trial{nearest(experiment, list(lists))}. Give "
             "the first digits of a trial, at least 4, or EXPERIMENT/VALUE/.../SEED. Experiments "
             f"here: {known}"
         )

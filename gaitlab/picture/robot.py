@@ -80,7 +80,7 @@ def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses) -> list[Fac
         for link, origin, rotation in zip(
             tree.links, poses.position[0], poses.rotation[0], strict=True
         )
-        for face in _link(link, origin, rotation, _colour(link, feet))
+        for face in _link(link, origin, rotation, link_colour(link, feet))
     ]
 
 
@@ -93,7 +93,8 @@ def _link(link: Link, origin: np.ndarray, rotation: np.ndarray, colour: str) -> 
         yield from _eyes(link, centre, rotation)
 
 
-def _colour(link: Link, feet: tuple[str, str]) -> str:
+def link_colour(link: Link, feet: tuple[str, str]) -> str:
+    """Colour of a link in full light."""
     if link.name in feet:
         return DARK
     moves = link.joint is not None and link.joint.axis == "y"

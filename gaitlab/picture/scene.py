@@ -110,6 +110,12 @@ def lit(colour: str, normals: np.ndarray) -> np.ndarray:
     return np.clip(np.array(to_rgb(colour)) * shade[:, None], 0.0, 1.0)
 
 
+def channels(colour: str) -> tuple[float, float, float]:
+    """Red, green and blue of a colour, in [0, 1]."""
+    red, green, blue = to_rgb(colour)
+    return red, green, blue
+
+
 def faded(faces: Faces, share: float) -> Faces:
     """The faces, mixed with white paper by a share."""
     return Faces(

@@ -1,0 +1,35 @@
+"""A log as CSV: one row a tick, the unit in every column's name, every digit kept."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from gaitlab.export.recorded import Recorded
+from gaitlab.log import Column, columns
+
+
+def write_csv(shown: Recorded, path: Path) -> list[Path]:
+    """Write the columns of a log; read as float32, every number is the one that was recorded."""
+    described = columns(shown.log.header.joints)
+    texts = [_texts(shown.log.arrays[column.name]) for column in described]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([_title(column) for column in described])
+        writer.writerows(zip(*texts, strict=True))
+    return [path]
+
+
+def _title(column: Column) -> str:
+    """`trunk_x [m]`; a name alone for what has no unit."""
+    return column.name if column.unit == "-" else f"{column.name} [{column.unit}]"
+
+
+def _texts(array: np.ndarray) -> list[str]:
+    """Shortest texts that read back as the same number; NaN is an empty field, true is 1."""
+    if array.dtype == bool:
+        array = array.astype(np.int8)
+    texts: list[str] = array.astype(str).tolist()
+    return ["" if text == "nan" else text for text in texts]

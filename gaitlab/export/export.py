@@ -1,0 +1,90 @@
+"""Which formats there are, and what each needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+from gaitlab.errors import StoreError, UsageError
+from gaitlab.export.csv import write_csv
+from gaitlab.export.mcap import write_mcap
+from gaitlab.export.model import write_model
+from gaitlab.export.recorded import Recorded
+from gaitlab.export.rerun import write_rerun
+
+Format: TypeAlias = Literal["csv", "mcap", "rerun", "mjcf-urdf"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+
+
+class _Writer(NamedTuple):
+    """How a format is written.
+
+    Attributes:
+        write: Writes a trial to a path and gives the files.
+        ending: Of the file; empty for several files that share a stem.
+        library: What has to be installed; empty for nothing.
+        package: What brings it.
+    """
+
+    write: Callable[[Recorded, Path], list[Path]]
+    ending: str
+    library: str = ""
+    package: str = ""
+
+
+_WRITERS: dict[Format, _Writer] = {
+    "csv": _Writer(write_csv, ".csv"),
+    "mcap": _Writer(write_mcap, ".mcap", "mcap", "mcap"),
+    "rerun": _Writer(write_rerun, ".rrd", "rerun", "rerun-sdk"),
+    "mjcf-urdf": _Writer(write_model, ""),
+}
+
+
+def default_path(shown: Recorded, form: Format) -> Path:
+    """What an export is called when nobody says: the trial, or for a model the robot."""
+    ending = _WRITERS[form].ending
+    robot = Path(shown.trial.names.robot).stem
+    return Path(f"{shown.record.trial_id[:8]}{ending}") if ending else Path(robot)
+
+
+def require_library(form: Format) -> None:
+    """Refuse a format whose library is missing.
+
+    Raises:
+        UsageError: Says what to install.
+    """
+    needed = _WRITERS[form]
+    if needed.library and find_spec(needed.library) is None:
+        raise UsageError(
+            f"--to {form} needs {needed.package}: `pip install {needed.package}`, or "
+            "`pip install gaitlab[export]` for all formats. csv and mjcf-urdf need nothing more."
+        )
+
+
+def write_export(shown: Recorded, form: Format, path: Path | None = None) -> list[Path]:
+    """Write a trial in a format of other tools.
+
+    Args:
+        shown: The trial.
+        form: The format.
+        path: The file, or for `mjcf-urdf` what its two files are called without their endings.
+
+    Returns:
+        The files.
+
+    Raises:
+        UsageError: If the format's library is missing, or the path is a folder.
+        StoreError: If a file cannot be written.
+    """
+    require_library(form)
+    path = path or default_path(shown, form)
+    if path.is_dir():
+        raise UsageError(f"--output {path}: a folder is in the way; give a file")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return _WRITERS[form].write(shown, path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise StoreError(f"{path}: cannot be written ({reason}); give another --output") from error

@@ -1,0 +1,30 @@
+"""The robot of a trial as URDF and as MJCF, standing as it stood at the trial's first tick."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gaitlab.body import gantry_of
+from gaitlab.export.mjcf import mjcf
+from gaitlab.export.recorded import Recorded
+from gaitlab.urdf import urdf
+
+
+def write_model(shown: Recorded, path: Path) -> list[Path]:
+    """Write `path`.urdf and `path`.xml."""
+    robot, header, log = shown.trial.robot, shown.log.header, shown.log
+    hung = gantry_of(robot) != "none"
+    files = [path.with_name(f"{path.name}.urdf"), path.with_name(f"{path.name}.xml")]
+    text = urdf(robot.tree, robot.sole, robot.feet, on_gantry=hung)
+    files[0].write_text(text, encoding="utf-8")
+    limits = zip(header.joints, header.torque_limits, strict=True)
+    model = mjcf(
+        robot,
+        {name: limit for name, limit in limits if limit > 0.0},
+        position=log.vector("trunk_")[0],
+        quaternion=log.vector("trunk_q", "xyzw")[0],
+        joints=log.joint_table("position")[0, : len(robot.tree.joints)],
+        dt=header.dt,
+    )
+    files[1].write_text(model, encoding="utf-8")
+    return files
