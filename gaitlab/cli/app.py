@@ -13,6 +13,7 @@ from typer.exceptions import TyperException
 from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
 from gaitlab.cli.gate import baseline, check
+from gaitlab.cli.exporting import export
 from gaitlab.cli.keeping import merge, verify
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
@@ -60,6 +61,7 @@ app.command()(report)
 app.command(name="list")(list_names)
 app.command()(show)
 app.command()(replay)
+app.command()(export)
 app.command()(status)
 app.command()(query)
 app.command(context_settings=NUMBERS)(ik)
