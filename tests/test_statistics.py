@@ -10,18 +10,30 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import fisher_exact
 
 from gaitlab.statistics import (
     Count,
+    detectable_drop,
+    detectable_mean,
     difference_of_proportions,
     distance_difference,
     efficiency,
     efficiency_interval,
+    holm,
     mcnemar,
+    mean_difference_interval,
     mean_interval,
     mean_share_interval,
+    paired_difference,
+    pairs_for_shares,
+    signed_rank,
     stability_percent,
     stable_cell,
+    stratified_exact,
+    stratified_rank_sum,
+    trials_for_shares,
+    values_for_mean,
     wilson,
 )
 
@@ -210,3 +222,148 @@ def test_mean_interval_moves_with_its_values_and_holds_their_mean(values, shift)
 
 def test_one_value_tells_nothing_of_its_mean():
     assert mean_interval([3.0]) == (-np.inf, np.inf)
+
+
+pairs = st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=40)
+values = st.lists(st.floats(-100, 100, allow_subnormal=False), min_size=2, max_size=30)
+
+
+@given(pairs)
+def test_one_trial_a_side_makes_the_exact_test_of_strata_mcnemars(found):
+    strata = [(Count(int(a), 1), Count(int(b), 1)) for a, b in found]
+    for alternative in ("less", "greater"):
+        expected = mcnemar(found, alternative).p_value
+        assert stratified_exact(strata, alternative) == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_exact_test_of_one_stratum_is_fishers():
+    table = [[3, 9], [8, 4]]
+    expected = fisher_exact(table, alternative="less").pvalue
+    assert stratified_exact([(Count(3, 12), Count(8, 12))], "less") == pytest.approx(expected)
+
+
+@given(pairs)
+def test_a_paired_difference_lies_in_its_interval_and_changes_sign_with_the_order(found):
+    low, high = paired_difference(found)
+    gap = np.mean([a for a, _ in found]) - np.mean([b for _, b in found])
+    assert -1.0 <= low <= high <= 1.0
+    if 0 < abs(gap) < 1 or not gap:
+        shrunk = gap * len(found) / (len(found) + 2)
+        assert low - 1e-12 <= shrunk <= high + 1e-12
+    swapped = paired_difference([(b, a) for a, b in found])
+    assert swapped == pytest.approx((-high, -low))
+
+
+def test_equal_pairs_still_leave_a_difference_possible():
+    low, high = paired_difference([(True, True)] * 10)
+    assert low == -high < 0.0
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
+def test_holm_never_lowers_a_p_value_and_keeps_their_order(p_values):
+    adjusted = holm(p_values)
+    assert all(p <= a <= 1.0 for p, a in zip(p_values, adjusted, strict=True))
+    order = np.argsort(p_values, kind="stable")
+    assert np.all(np.diff(np.array(adjusted)[order]) >= 0.0)
+
+
+def test_holm_of_three_by_hand():
+    assert holm([0.04, 0.01, 0.03]) == pytest.approx([0.06, 0.03, 0.06])
+
+
+@given(values)
+def test_a_bootstrap_interval_moves_and_stretches_with_its_values(found):
+    first = np.array(found)
+    low, high = mean_difference_interval(first)
+    assert mean_difference_interval(2.0 * first) == pytest.approx((2.0 * low, 2.0 * high))
+    assert low <= high
+
+
+def test_a_bootstrap_interval_holds_the_mean_about_as_often_as_it_says():
+    rng = np.random.default_rng(7)
+    held = []
+    for _ in range(200):
+        low, high = mean_difference_interval(rng.exponential(1.0, 40) - 1.0)
+        held.append(low <= 0.0 <= high)
+    assert 0.88 < np.mean(held) <= 0.99  # 95 % claimed; 200 rounds scatter by 1.5 points
+
+
+def test_equal_differences_leave_no_doubt_and_one_leaves_all():
+    assert mean_difference_interval(np.full(5, 2.0)) == (2.0, 2.0)
+    assert mean_difference_interval(np.array([2.0])) == (-np.inf, np.inf)
+
+
+def test_signed_ranks_of_five_rises_by_hand():
+    rises = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    assert signed_rank(rises, "greater") == pytest.approx(1 / 32)
+    assert signed_rank(rises, "less") == pytest.approx(1.0)
+    assert signed_rank(np.zeros(9)) == 1.0
+
+
+def _strata(rng: np.random.Generator, cells: int, n: int, shift: float):
+    return [(rng.normal(k + shift, 1.0, n), rng.normal(k, 1.0, n)) for k in range(cells)]
+
+
+def test_ranks_within_strata_do_not_see_what_differs_between_them():
+    rng = np.random.default_rng(3)
+    strata = _strata(rng, cells=6, n=8, shift=0.0)
+    moved = [(a + 100.0 * k, b + 100.0 * k) for k, (a, b) in enumerate(strata)]
+    assert stratified_rank_sum(moved) == stratified_rank_sum(strata)
+
+
+@pytest.mark.parametrize(("cells", "n"), [(2, 6), (6, 8)], ids=["shuffled", "normal law"])
+def test_ranks_within_strata_raise_no_more_alarms_than_they_say(cells, n):
+    rng = np.random.default_rng(5)
+    found = [stratified_rank_sum(_strata(rng, cells, n, 0.0), "less") < 0.1 for _ in range(200)]
+    assert np.mean(found) < 0.16  # 10 % claimed; 200 rounds scatter by 2 points
+
+
+@pytest.mark.parametrize(("cells", "n"), [(2, 6), (6, 8)], ids=["shuffled", "normal law"])
+def test_ranks_within_strata_find_a_shift_and_its_direction(cells, n):
+    strata = _strata(np.random.default_rng(5), cells, n, 2.5)
+    assert stratified_rank_sum(strata, "greater") < 0.001
+    assert stratified_rank_sum(strata, "less") > 0.99
+
+
+def test_the_seeds_that_would_tell_do_tell_four_times_in_five():
+    # A share falls from 0.9 to 0.7, independent runs with equal seeds.
+    n = int(pairs_for_shares(0.9 * 0.3 + 0.7 * 0.1, -0.2))
+    rng = np.random.default_rng(11)
+    found = 0
+    for _ in range(300):
+        first, second = rng.random(n) < 0.9, rng.random(n) < 0.7
+        found += mcnemar(zip(second.tolist(), first.tolist(), strict=True)).p_value < 0.05
+    assert 0.70 < found / 300 < 0.90
+
+
+@given(st.floats(0.05, 0.9), st.floats(1.1, 3.0))
+def test_a_larger_difference_needs_no_more_trials(difference, times):
+    larger = min(difference * times, 0.95)
+    assert pairs_for_shares(0.95, larger) <= pairs_for_shares(0.95, difference)
+    assert trials_for_shares(0.0, larger) <= trials_for_shares(0.0, difference)
+    assert values_for_mean(1.0, larger) <= values_for_mean(1.0, difference)
+
+
+def test_no_difference_is_never_told():
+    assert pairs_for_shares(0.3, 0.0) == trials_for_shares(0.5, 0.5) == np.inf
+    assert values_for_mean(1.0, 0.0) == np.inf
+
+
+def test_a_drop_that_can_be_noticed_is_noticed_four_times_in_five():
+    cells, level = [Count(9, 12)] * 12, 0.01
+    drop = detectable_drop(cells, level)
+    rng = np.random.default_rng(13)
+    share = 9.5 / 13.0
+    found = 0
+    for _ in range(300):
+        before, after = rng.random(144) < share, rng.random(144) < share - drop
+        pairs = zip(after.tolist(), before.tolist(), strict=True)
+        found += mcnemar(pairs, "less").p_value < level
+    assert 0.70 < found / 300 < 0.90
+
+
+def test_more_seeds_notice_less_and_hopeless_cells_nothing():
+    few, many = ([Count(3 * k, 4 * k)] * 6 for k in (3, 12))
+    assert detectable_drop(many, 0.01) < detectable_drop(few, 0.01) < 1.0
+    assert detectable_drop([Count(0, 5)], 0.01) == np.inf
+    assert detectable_mean(2.0, 100, 0.01) == pytest.approx(detectable_mean(1.0, 25, 0.01))
