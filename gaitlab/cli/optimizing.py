@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitlab.cli.checking import check_winner
 from gaitlab.cli.options import DEFAULT_STORE, Settings, StoreFolder
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
@@ -18,6 +20,12 @@ if TYPE_CHECKING:
     from gaitlab.study import History
 
 MOST_CANDIDATES = 10**6
+
+
+class Baseline(str, Enum):
+    """What a sampler is compared with."""
+
+    random = "random"
 
 
 def optimize(
@@ -57,9 +65,24 @@ def optimize(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as one JSON object.")
     ] = False,
+    baseline: Annotated[
+        Baseline | None,
+        typer.Option(
+            help="Draw as many candidates at random instead, as the study STUDY-random, so that "
+            "the report can tell whether the sampler beats chance."
+        ),
+    ] = None,
+    validation: Annotated[
+        bool,
+        typer.Option(
+            "--validation/--no-validation",
+            help="Walk the winner again afterwards: on fresh seeds, on every ground, and with "
+            "each parameter moved until the robot falls.",
+        ),
+    ] = True,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")] = False,
 ) -> int:
-    """Search a study for the parameters that walk best.
+    """Search a study for the parameters that walk best, and check the winner.
 
     Killing it is safe at any time: the same command goes on from there, and a larger --trials goes
     on from the end.
@@ -73,6 +96,7 @@ def optimize(
     from gaitlab.experiment import load_experiment
     from gaitlab.experiment.purposes import study_of
     from gaitlab.optimize.search import optimize as search
+    from gaitlab.optimize.validation import random_sibling
     from gaitlab.optimize.winner import check_target
     from gaitlab.store import Store
 
@@ -82,6 +106,7 @@ def optimize(
     with other_output_on_stderr():
         wanted = load_experiment(study, given)
     study_of(wanted)
+    wanted = random_sibling(wanted) if baseline else wanted
     results, workers = Store(store), worker_count(jobs)
     if dry_run:
         say(plan_text(wanted, results, storage, workers, as_json))
@@ -89,20 +114,33 @@ def optimize(
     from gaitlab.cli.search_progress import search_progress
 
     again = _arguments(study, trials, settings, storage, store)
+    again += " --baseline random" if baseline else ""
     try:
         with other_output_on_stderr():
             told = search_progress(quiet=quiet)
             found = search(wanted, results, jobs=workers, storage=storage, told=told)
+        if not as_json:
+            say(result_text(found, again, _arguments(study, None, settings, None, store)))
+        _export(found.tally.history, export, given)
+        going = found.ending not in ("stopped", "elsewhere")
+        if going and validation:
+            going = check_winner(
+                found.tally.history,
+                results,
+                workers,
+                storage,
+                around=baseline is None,
+                quiet=quiet,
+                silent=as_json,
+            )
     except KeyboardInterrupt:
         tell(f"stopped at once; what is committed is safe. Go on: gaitlab optimize {again}")
         return INTERRUPTED
-    say(
-        result_json(found)
-        if as_json
-        else result_text(found, again, _arguments(study, None, settings, None, store))
-    )
-    _export(found.tally.history, export, given)
-    return INTERRUPTED if found.ending == "stopped" else 0
+    if as_json:
+        say(result_json(found))
+    elif not going and found.ending != "stopped":
+        tell(f"Go on: gaitlab optimize {again}")
+    return 0 if going or found.ending == "elsewhere" else INTERRUPTED
 
 
 def _trials_setting(trials: int | None) -> list[str]:
@@ -129,14 +167,16 @@ def _arguments(
 
 
 def _export(history: History, export: Path | None, settings: Sequence[str]) -> None:
-    """Write the winner; of a front, its first candidate."""
+    """Write the winner; of a front, the one in its middle."""
+    from gaitlab.optimize.validation import chosen_of
     from gaitlab.optimize.winner import export_winner
 
     if export is None:
         return
-    if not history.front:
+    winner = chosen_of(history)
+    if winner is None:
         tell(f"{export} is not written: no candidate is finished and breaks no constraint")
         return
-    written = export_winner(history, history.front[0], export, settings)
-    tell(f"{export}: candidate {history.front[0].number} with {len(written.seeds)} fresh seeds")
+    written = export_winner(history, winner, export, settings)
+    tell(f"{export}: candidate {winner.number} with {len(written.seeds)} fresh seeds")
     tell(f"Walk it: gaitlab run {shlex.quote(str(export))}")

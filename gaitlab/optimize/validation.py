@@ -157,14 +157,16 @@ def default_experiment(experiment: Experiment) -> Experiment:
     return derived(experiment, "default", (), (), fresh_seeds(experiment), grounds(experiment))
 
 
-def effort(history: History, chosen: Candidate, store: Store, jobs: int) -> Effort:
+def effort(
+    history: History, chosen: Candidate, store: Store, jobs: int, *, around: bool = True
+) -> Effort:
     """What is missing at most, if no robot falls."""
     index = store.index()
     found = [winner_experiment(history, chosen), default_experiment(history.experiment)]
     walks = sum(len(missing(one, index)) for one in found)
     numbers = [item for item in history.study.search if isinstance(item, Numbers)]
     margins = 2 * MOST_STEPS * len(numbers) * len(_margin_seeds(history.experiment))
-    walks += margins * len(history.experiment.parts.surfaces)
+    walks += margins * len(history.experiment.parts.surfaces) if around else 0
     seconds = walks * plan(found[0]).seconds * WALL_RATIO / max(1, jobs)
     return Effort(walks=walks, seconds=seconds)
 
@@ -184,13 +186,14 @@ def running(store: Store, jobs: int, progress: Progress | None = None) -> Run:
     return run
 
 
-def validate(history: History, store: Store, run: Run) -> Validation | None:
+def validate(history: History, store: Store, run: Run, *, around: bool = True) -> Validation | None:
     """Walk the winner again; None if there is no winner.
 
     Args:
         history: The search.
         store: Where the trials are.
         run: Carries out an experiment. One that does nothing makes this a reading of the store.
+        around: Whether to walk around the winner's values too.
     """
     chosen = chosen_of(history)
     if chosen is None:
@@ -202,8 +205,8 @@ def validate(history: History, store: Store, run: Run) -> Validation | None:
     going = all(run(one) for one in wanted.values() if missing(one, store.index()))
     index = store.index()
     reruns = tuple(rerun(label, one, index) for label, one in wanted.items())
-    if not going:
-        return Validation(chosen=chosen, reruns=reruns, margins=None, stopped=True)
+    if not (going and around):
+        return Validation(chosen=chosen, reruns=reruns, margins=None, stopped=not going)
     found, stopped = _Around(history, chosen, store, run).margins()
     return Validation(chosen=chosen, reruns=reruns, margins=found, stopped=stopped)
 
