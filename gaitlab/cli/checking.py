@@ -62,10 +62,11 @@ def _say_effort(history: History, store: Store, jobs: int, around: bool) -> None
     needed = effort(history, chosen, store, jobs, around=around)
     if not needed.walks:
         return
+    walked = "on fresh seeds, on every ground" + (" and around its values" if around else "")
     tell(
-        f"Checking candidate {chosen.number} on fresh seeds, on every ground"
-        f"{' and around its values' if around else ''}: up to {plural(needed.walks, 'trial')}, {duration(needed.seconds)}; falls and "
-        "what the store holds make it less. --no-validation skips it"
+        f"Checking candidate {chosen.number} {walked}: up to {plural(needed.walks, 'trial')}, "
+        f"{duration(needed.seconds)}; falls and what the store holds make it less. "
+        "--no-validation skips it"
     )
 
 
