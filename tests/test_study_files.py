@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from gaitlab.cli import run_command_line
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment import Experiment, load_experiment, refuse_study, study_of
 from gaitlab.experiment.samplers import SAMPLERS
@@ -25,6 +26,7 @@ from gaitlab.plan import plan
 from gaitlab.plugins import names
 from tests.written import GAIT
 
+SHIPPED = Path(__file__).parent.parent / "experiments"
 STUDY = """\
 robot: eros
 gait: {type: ./my_gait.py, step_height: 0.02}
@@ -366,13 +368,29 @@ def test_each_kind_of_file_names_the_command_for_it(tmp_path: Path) -> None:
 
 
 def test_studies_are_found_by_their_names_and_none_is_an_experiments() -> None:
-    shipped = Path(__file__).parent.parent / "experiments"
-    studies = {file.stem for file in (shipped / "studies").glob("*.yaml")}
+    studies = {file.stem for file in (SHIPPED / "studies").glob("*.yaml")}
     assert len(studies) >= 10
-    assert not studies & {file.stem for file in shipped.glob("*.yaml")}
+    assert not studies & {file.stem for file in SHIPPED.glob("*.yaml")}
     assert studies <= set(names("experiment"))
     for name in studies:
         study_of(load_experiment(name))
+
+
+@pytest.mark.parametrize("file", sorted((SHIPPED / "studies").glob("*.yaml")), ids=lambda f: f.stem)
+def test_the_settings_that_a_studys_text_advises_are_right(file: Path) -> None:
+    advised = re.findall(r"--set (?:'([^']+)'|(\S+))", file.read_text())
+    assert study_of(load_experiment(file, [quoted or bare for quoted, bare in advised]))
+
+
+def test_a_catalogue_tells_studies_and_shows_what_they_search(capsys) -> None:
+    assert run_command_line(["list", "experiments"]) == 0
+    listed = capsys.readouterr().out
+    assert re.search(r"eros_small +study: EROS on the carpet", listed)
+    assert not re.search(r"eros_quick +study:", listed)
+    assert run_command_line(["show", "eros_robust"]) == 0
+    shown = capsys.readouterr().out
+    assert "objective: maximize distance_before_fall (seeds mean, surfaces worst)" in shown
+    assert re.search(r"gait.heel_gain +0.1 to 0.8, by ratio +gait.heel_strike = add", shown)
 
 
 TOKENS = re.findall(r"[\w.\[\]{}:,>=-]+|\s+|\"", STUDY[STUDY.index("study:") :])

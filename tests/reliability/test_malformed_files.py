@@ -1,8 +1,8 @@
 """Files are data: whatever stands in them, reading them runs no code and a mistake is exit 3.
 
 Every case is made by changing one thing in a right file so that it is wrong for sure; flipped bytes
-at the end may leave it right, so there exit 0 is allowed too. Study and URDF files are not read
-from users yet, so there is nothing of them to break.
+at the end may leave it right, so there exit 0 is allowed too. Study files are broken in
+`tests/test_study_files.py`; URDF files are not read from users yet.
 """
 
 from __future__ import annotations
