@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 from gaitlab.documents import build, load
@@ -20,4 +21,12 @@ def load_servo(name: str, relative_to: Path | None = None) -> Servo:
         UnknownName: If there is no such servo.
         FileError: If its file is wrong.
     """
-    return build(Servo, load(locate("servo", name, relative_to)), skip=("description",))
+    path = locate("servo", name, relative_to)
+    found = path.stat()
+    return _read(path, found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=64)
+def _read(path: Path, changed: int, size: int) -> Servo:
+    """The servo of a file as long as that stays the same: a search plans it thousands of times."""
+    return build(Servo, load(path), skip=("description",))
