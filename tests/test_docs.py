@@ -94,3 +94,44 @@ def test_the_metric_of_the_guide_measures_a_log() -> None:
     exec(compile(text, "highest_trunk", "exec"), space)
     log = walk()
     assert space["highest_trunk"](log) == log["trunk_z"][log.walking].max()  # type: ignore[operator]
+
+
+def words_of_the_program() -> set[str]:
+    """Names of parameters, metrics and columns, as files and tables have them."""
+    from dataclasses import fields
+    from importlib import import_module
+
+    import gaitlab.experiment.schema as schema
+    from gaitlab.experiment import Experiment
+    from gaitlab.log import columns
+    from gaitlab.metrics import names
+    from gaitlab.store import TrialRecord
+
+    gaits = [path.stem for path in (ROOT / "gaitlab" / "gaits").glob("[a-z]*.py")]
+    owners = [import_module(f"gaitlab.gaits.{gait}").Gait for gait in gaits]
+    owners += [schema.Sections, Experiment, TrialRecord]
+    found = {each.name for owner in owners for each in fields(owner)}
+    return found | set(names()) | {column.name for column in columns(())} | {"seed"}
+
+
+def test_every_word_of_the_glossary_is_a_name_of_the_program() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "words.md").read_text(), re.MULTILINE)
+    assert len(rows) > 20
+    assert sorted(set(rows) - words_of_the_program()) == []
+
+
+def test_the_units_of_the_glossary_are_those_of_the_metrics() -> None:
+    from gaitlab.metrics import names, unit_of
+
+    page = (ROOT / "docs" / "words.md").read_text()
+    units = dict(re.findall(r"^\| `(\w+)` \| (\S+) \|", page, re.MULTILINE))
+    known = {name: unit_of(name) for name in names()}
+    shared = units.keys() & known.keys() - {"stable", "stalled", "fell", "stable_strict"}
+    assert len(shared) >= 8
+    assert {name: units[name] for name in shared} == {name: known[name] for name in shared}
+
+
+def test_the_version_to_cite_is_the_version() -> None:
+    from importlib.metadata import version
+
+    assert f"\nversion: {version('gaitlab')}\n" in (ROOT / "CITATION.cff").read_text()
