@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gaitlab.body import gantry_of
 from gaitlab.export.mjcf import mjcf
 from gaitlab.export.recorded import Recorded
 from gaitlab.urdf import urdf
@@ -13,10 +12,9 @@ from gaitlab.urdf import urdf
 def write_model(shown: Recorded, path: Path) -> list[Path]:
     """Write `path`.urdf and `path`.xml."""
     robot, header, log = shown.trial.robot, shown.log.header, shown.log
-    hung = gantry_of(robot) != "none"
     files = [path.with_name(f"{path.name}.urdf"), path.with_name(f"{path.name}.xml")]
-    text = urdf(robot.tree, robot.sole, robot.feet, on_gantry=hung)
-    files[0].write_text(text, encoding="utf-8")
+    # Without a gantry's massless rig, which only Bullet takes; the MJCF has it as joints.
+    files[0].write_text(urdf(robot.tree, robot.sole, robot.feet), encoding="utf-8")
     limits = zip(header.joints, header.torque_limits, strict=True)
     model = mjcf(
         robot,

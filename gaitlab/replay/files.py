@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import chain, repeat
@@ -57,14 +58,17 @@ def require_encoder() -> None:
         NoEncoder: If there is no ffmpeg.
     """
     try:
-        import imageio_ffmpeg
+        from imageio_ffmpeg import get_ffmpeg_exe
 
-        imageio_ffmpeg.get_ffmpeg_exe()
-    except (ImportError, RuntimeError, OSError) as error:
+        # A name in IMAGEIO_FFMPEG_EXE is given back untried.
+        found = shutil.which(get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        found = None
+    if found is None:
         raise NoEncoder(
             "no ffmpeg was found, so no MP4 can be written; `pip install imageio-ffmpeg` brings "
             "one. --output walk.gif, strip.png and frame.svg work without it."
-        ) from error
+        )
 
 
 def write_gif(
