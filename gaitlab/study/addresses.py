@@ -5,11 +5,12 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 from optuna.exceptions import StorageInternalError
 from optuna.storages import RDBStorage
-from sqlalchemy import make_url
+from sqlalchemy import URL, make_url
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
@@ -19,10 +20,11 @@ from gaitlab.store import Store
 PATIENCE = 60.0  # s to wait while another program, a dashboard for instance, reads the file
 CONNECT_TIME = 10  # s to wait for a server
 FOLDER, FILE = "studies", "study.db"  # of a store
-DRIVERS = {
-    "postgresql": "pip install psycopg2-binary",
-    "mysql": "pip install PyMySQL, and write mysql+pymysql://",
+DRIVERS = {  # modules of each kind of server, of which the first that is installed is taken
+    "postgresql": ("psycopg", "psycopg2"),
+    "mysql": ("pymysql", "mysqldb"),
 }
+INSTALL = {"postgresql": "psycopg2-binary", "mysql": "PyMySQL"}
 
 
 def database_file(store: Store, name: str) -> Path:
@@ -55,9 +57,18 @@ def server_storage(address: str) -> RDBStorage:
         StoreError: If it cannot be reached.
     """
     with understood(shown(address)):
-        kind = make_url(address).get_backend_name()
-        waiting = {"connect_timeout": CONNECT_TIME} if kind in DRIVERS else {}
-        return RDBStorage(address, engine_kwargs={"connect_args": waiting, "pool_pre_ping": True})
+        url = _with_driver(make_url(address))
+        waiting = {"connect_timeout": CONNECT_TIME} if url.get_backend_name() in DRIVERS else {}
+        return RDBStorage(
+            url.render_as_string(hide_password=False),
+            engine_kwargs={"connect_args": waiting, "pool_pre_ping": True},
+        )
+
+
+def _with_driver(url: URL) -> URL:
+    """The address with a driver that is installed, if it names none itself."""
+    installed = [name for name in DRIVERS.get(url.drivername, ()) if find_spec(name)]
+    return url.set(drivername=f"{url.drivername}+{installed[0]}") if installed else url
 
 
 def shown(address: str) -> str:
@@ -87,8 +98,8 @@ def _advice(error: Exception, file: Path | None) -> str:
     cause = error.__cause__ or error
     reason = " ".join(str(cause).partition("[SQL:")[0].partition("(Background")[0].split())
     if isinstance(error, ImportError):
-        drivers = "; ".join(f"for {kind} {how}" for kind, how in DRIVERS.items())
-        return f"its driver is not installed ({reason}): {drivers}"
+        how = ", ".join(f"`pip install {name}` for {kind}" for kind, name in INSTALL.items())
+        return f"its driver is not installed ({reason}): {how}"
     if file is not None:
         return (
             f"the database of the search cannot be used ({reason}). Put the file right, or move it "
@@ -96,7 +107,7 @@ def _advice(error: Exception, file: Path | None) -> str:
         )
     return (
         f"the database cannot be used ({reason}). An address looks like "
-        "postgresql://user:password@host/name, mysql+pymysql://user:password@host/name or "
+        "postgresql://user:password@host/name, mysql://user:password@host/name or "
         "sqlite:///file.db; is the server running, and may you use it? What is committed is safe; "
         "the same command goes on from there"
     )
