@@ -133,6 +133,18 @@ def test_the_table_has_metrics_varied_parameters_and_gaps_of_the_right_type(stor
     assert "wall_time" not in table
 
 
+def test_outcomes_are_those_asked_for_whatever_else_the_store_holds(store: Store) -> None:
+    commit(store, 1, 2)
+    wanted = [recorded.trial_id(number) for number in (2, 1, 9, 2)]
+    before = store.outcomes(wanted)
+    assert before["trial_id"].tolist() == wanted[:2]
+    assert before["seed"].tolist() == [2, 1]
+    commit(store, 3)
+    store.register(recorded.experiment(), recorded.planned(range(1, 4), **{"robot.sole": "flat"}))
+    assert store.outcomes(wanted).equals(before)
+    assert len(Store(store.path / "nothing").outcomes(wanted)) == 0
+
+
 def test_an_experiment_that_was_never_run_is_said_so(store: Store) -> None:
     store.register(recorded.experiment("first"), recorded.planned(range(1)))
     with pytest.raises(UnknownName, match="there: first"):

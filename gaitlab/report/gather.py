@@ -187,7 +187,7 @@ def _candidates(planned: pd.DataFrame) -> Iterator[str]:
 
 def _with_outcomes(planned: pd.DataFrame, store: Store, names: Sequence[str]) -> pd.DataFrame:
     """The plan with state and metrics of every trial in the store, whoever asked for it there."""
-    stored = store.table().drop_duplicates("trial_id")
+    stored = store.outcomes(planned["trial_id"])
     known = [name for name in stored.columns if name == "trial_id" or name not in planned.columns]
     trials = planned.merge(stored[known], on="trial_id", how="left", validate="many_to_one")
     if trials["state"].isna().all():

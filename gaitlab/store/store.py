@@ -271,6 +271,16 @@ class Store:
         chosen = list(lists.values()) if experiment is None else [self._chosen(experiment, lists)]
         return trials_table(entries, chosen, unlisted=experiment is None)
 
+    def outcomes(self, trial_ids: Iterable[str]) -> pd.DataFrame:
+        """One row for each of these trials that is committed, whoever asked for it.
+
+        Columns: trial_id, robot, gait, surface, seed, state, reason, every metric, provenance.
+        Rows stand in the order of the ids. What else the store holds changes nothing.
+        """
+        from gaitlab.store.tables import outcomes_table  # slow to load, and no worker needs it
+
+        return outcomes_table(self.index().entries, trial_ids)
+
     def query(self, sql: str) -> pd.DataFrame:
         """Answer of DuckDB over the views `trials` (see `table`) and `ticks` (trial_id and log).
 

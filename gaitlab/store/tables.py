@@ -46,6 +46,12 @@ def trials_table(
     return _frame(chain(rows, (_row(item, None, {}) for item in rest)))
 
 
+def outcomes_table(entries: Mapping[str, Entry], trial_ids: Iterable[str]) -> pd.DataFrame:
+    """One row for each of the trials that is committed, each once, in the order of the ids."""
+    wanted = (entries[key] for key in dict.fromkeys(trial_ids) if key in entries)
+    return _frame(_row(item, None, {}) for item in wanted).drop(columns="experiment")
+
+
 def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.DataFrame:
     """Answer of DuckDB to one query over the views `trials` and `ticks`.
 
