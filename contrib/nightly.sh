@@ -3,7 +3,7 @@
 # prints one page and exits with the code of `gaitlab check`, so that cron sends a mail and systemd
 # marks the service as failed.
 #
-#   nightly.sh FOLDER     FOLDER holds nightly.json; store, report and page are written there
+#   nightly.sh FOLDER     FOLDER holds nightly.json; the store and the page are written there
 set -euo pipefail
 cd "$1"
 experiment=${EXPERIMENT:-nightly}
@@ -21,7 +21,6 @@ case $verdict in
   *) echo "The nightly run ended with exit code $verdict:"; cat tonight.log ;;
 esac
 if [[ -f tonight.md ]]; then cat tonight.md; fi
-if gaitlab report "$experiment" --store store --output report --format html >/dev/null 2>&1; then
-  echo "Report: $PWD/report/index.html"
-fi
+echo
+echo "Look closer: gaitlab report $experiment --store $PWD/store --format html"
 exit "$verdict"

@@ -75,6 +75,19 @@ def test_the_surface_and_gait_of_the_guide_walk_and_are_reported(field: Path) ->
     assert "our_field" in page or "our field" in page
 
 
+def test_the_robot_and_servo_of_the_guide_are_what_is_walked(field: Path) -> None:
+    from gaitlab.experiment import load_experiment
+    from gaitlab.plan import plan
+
+    trials = [item.trial for item in plan(load_experiment(str(field / "ours.yaml"))).trials()]
+    assert [trial.robot.mass for trial in trials] == [3.5, 3.9]
+    assert {trial.robot.leg.shank for trial in trials} == {0.125}
+    assert {servo.stall_torque for trial in trials for servo in trial.servos} == {4.1}
+    shown = gaitlab("show", "./our_robot.py", folder=field).stdout
+    shank = next(line for line in shown.splitlines() if line.startswith("leg.shank"))
+    assert shank.split()[1] == "0.125"
+
+
 @pytest.mark.parametrize("command", commands(ROOT / "README.md"))
 def test_every_command_of_the_readme_works(command: str, field: Path) -> None:
     """Runs are only planned and reports only asked of what there is: their cost is minutes."""

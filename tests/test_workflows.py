@@ -192,7 +192,7 @@ def test_the_script_of_the_lab_machine_shows_one_page_when_the_robot_walks_worse
     done = lab(worse)
     assert done.returncode == 5
     assert done.stdout.startswith("The robot walks worse.\n# stand: worse than the baseline")
-    assert Path(done.stdout.splitlines()[-1].removeprefix("Report: ")).is_file()
+    assert done.stdout.splitlines()[-1].startswith("Look closer: gaitlab report stand.yaml ")
 
 
 def test_the_units_of_systemd_are_sound() -> None:

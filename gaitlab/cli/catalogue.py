@@ -153,7 +153,8 @@ def _described(kind: Kind, name: str) -> str:
     if kind in ("gait", "robot"):
         from gaitlab.plugins import load_class
 
-        return f"{head}\n{_parameters_text(load_class(kind, name))}"
+        cls = load_class(kind, name)
+        return f"{head}\n{_parameters_text(cls, _unchanged(cls))}"
     if kind == "surface":
         from gaitlab.surfaces.files import load_surface
 
@@ -168,6 +169,13 @@ def _described(kind: Kind, name: str) -> str:
     if kind == "motion":
         return f"{head}\n{_motion_text(name)}"
     return f"{head}\n{_metric_text(name) if kind == 'metric' else _experiment_text(name)}"
+
+
+def _unchanged(cls: type) -> object | None:
+    """A gait or robot as its file has it, its own nested defaults included; None if it asks."""
+    from gaitlab.parameters import parameters
+
+    return None if any(item.default is MISSING for item in parameters(cls)) else cls()
 
 
 def _motion_text(name: str) -> str:
