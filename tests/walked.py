@@ -1,4 +1,4 @@
-"""A short real walk on grass, kept in a store of its own, for tests of what shows and exports it."""
+"""A short real walk on grass, for tests of what shows and exports it."""
 
 from __future__ import annotations
 

@@ -60,9 +60,12 @@ def mjcf(
         world, "geom", name="floor", type="plane", size="0 0 0.1", contype="1", conaffinity="0"
     )
     hung = gantry_of(robot) != "none"
-    bodies = _bodies(world, robot, hung)
-    for name, body in bodies.items():
-        _fill(body, robot, robot.tree.links[robot.tree.index(name)])
+    bodies = {"": world}
+    for link in robot.tree.links:
+        above = bodies[link.parent or ""]
+        body = SubElement(above, "body", name=link.name, pos=_texts(link.origin))
+        _fill(body, robot, link)
+        bodies[link.name] = body
     _add_couplings(model, robot)
     actuators = SubElement(model, "actuator")
     for name, limit in torque_limits.items():
@@ -74,30 +77,22 @@ def mjcf(
     return ElementTree.tostring(model, encoding="unicode") + "\n"
 
 
-def _bodies(world: Element, robot: Robot, hung: bool) -> dict[str, Element]:
-    """A body for each link within that of its parent; the trunk moves freely, or on its rig."""
-    bodies: dict[str, Element] = {}
-    for link in robot.tree.links:
-        above = world if link.parent is None else bodies[link.parent]
-        bodies[link.name] = SubElement(above, "body", name=link.name, pos=_texts(link.origin))
-        if link.parent is not None:
-            continue
-        if not hung:
-            SubElement(bodies[link.name], "freejoint", name="free")
-            continue
-        for name, kind, axis in (
-            ("gantry_x", "slide", "x"),
-            ("gantry_z", "slide", "z"),
-            (GANTRY_PITCH, "hinge", "y"),
-        ):
-            SubElement(bodies[link.name], "joint", name=name, type=kind, axis=_AXES[axis])
-    return bodies
+def _let_move(trunk: Element, hung: bool) -> None:
+    """The trunk moves freely, or on its rig."""
+    if not hung:
+        SubElement(trunk, "freejoint", name="free")
+        return
+    rig = (("gantry_x", "slide", "x"), ("gantry_z", "slide", "z"), (GANTRY_PITCH, "hinge", "y"))
+    for name, kind, axis in rig:
+        SubElement(trunk, "joint", name=name, type=kind, axis=_AXES[axis])
 
 
 def _fill(body: Element, robot: Robot, link: Link) -> None:
     """Joint, mass and shape of a link."""
     if link.joint is not None:
         _add_joint(body, link.joint)
+    else:
+        _let_move(body, gantry_of(robot) != "none")
     moments = link.inertia or box_inertia(link.mass, link.box.size)
     SubElement(
         body,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import chain, repeat
 from pathlib import Path
 
@@ -48,7 +48,8 @@ def replaced(path: Path) -> Iterator[Path]:
         reason = error.strerror or str(error)
         raise StoreError(f"{path}: cannot be written ({reason}); give another --output") from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()
 
 
 def require_encoder() -> None:

@@ -48,5 +48,5 @@ def test_two_trials_share_the_clock_of_the_longer_one() -> None:
     ],
 )
 def test_a_cut_without_pictures_is_refused_with_what_is_allowed(asked: dict[str, float]) -> None:
-    with pytest.raises(UsageError, match="allowed|recorded in between|frames"):
+    with pytest.raises(UsageError, match=r"allowed|recorded in between|frames"):
         cut_of([walk()], **asked)
