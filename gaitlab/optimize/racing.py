@@ -1,15 +1,15 @@
 """When a candidate is given up before it has walked with every seed.
 
-All candidates walk with the same seeds, so two of them are compared seed by seed. A candidate is
-given up for certain, when nothing that its remaining seeds may bring can help it, or with the
-confidence that the study asks for. Everything here is a pure function of trials that are there,
-whatever order they ended in, so a search does not depend on timing.
+All candidates walk with the same seeds, so two of them are compared seed by seed, as in
+[Birattari2002]. A candidate is given up for certain, when nothing that its remaining seeds may
+bring can help it, or with the confidence that the study asks for. Everything here is a pure
+function of trials that are there, whatever order they ended in, so a search does not depend on
+timing.
 
 References:
     Wilcoxon1945: Wilcoxon, Individual comparisons by ranking methods, Biometrics Bulletin 1(6),
         1945.
     Student1908: Student, The probable error of a mean, Biometrika 6(1), 1908.
-    Maron1994: Maron and Moore, Hoeffding races: accelerating model selection search, NIPS 6, 1994.
     Birattari2002: Birattari et al., A racing algorithm for configuring metaheuristics, GECCO 2002.
 """
 
@@ -23,7 +23,6 @@ from gaitlab.experiment.study import Constraint, Objective, Racing, Study
 from gaitlab.objectives import Outcome, counted, evaluate, score
 
 Place = tuple[str, int]  # surface and seed
-FEWEST_RANKS = 4  # pairs; of three, ranks can never tell anything at one in ten
 LEAST, MOST = -1e12, 1e12  # stand for the unbounded ends of a metric
 SHARES = ("stable", "stable_strict", "fell", "stalled", "on_gantry", "pitch_settled")  # 0 or 1
 
@@ -169,23 +168,23 @@ def _by_place(objective: Objective, outcomes: Sequence[Outcome]) -> Mapping[Plac
 
 
 def _worse(pairs: Sequence[float], doubt: float) -> bool:
-    """Whether the pairs show a difference below zero: ranks, or of a few pairs their mean.
+    """Whether the pairs show a difference below zero: their ranks, or of few pairs their mean.
 
-    [Wilcoxon1945] from four pairs on, [Student1908] of two or three. Of pairs that all agree to
-    the last digit, ties of a share for instance, the mean has no scatter: two are enough.
+    [Wilcoxon1945] as soon as ranks can be that sure, for n pairs at best 1 in 2^n, else
+    [Student1908]. Pairs that all agree to the last digit, as falls do, have no scatter: two are
+    enough.
     """
     if len(pairs) < 2 or sum(pairs) >= 0.0:
         return False
-    return _by_rank(pairs, doubt) if len(pairs) >= FEWEST_RANKS else _by_mean(pairs, doubt)
+    different = [pair for pair in pairs if pair]
+    sure = 0.5 ** len(different) <= doubt
+    return _by_rank(different, doubt) if sure else _by_mean(pairs, doubt)
 
 
 def _by_rank(pairs: Sequence[float], doubt: float) -> bool:
     from scipy.stats import wilcoxon
 
-    different = [pair for pair in pairs if pair]
-    if len(different) < FEWEST_RANKS:
-        return _by_mean(pairs, doubt)
-    return bool(wilcoxon(different, alternative="less").pvalue <= doubt)
+    return bool(wilcoxon(pairs, alternative="less").pvalue <= doubt)
 
 
 def _by_mean(pairs: Sequence[float], doubt: float) -> bool:
