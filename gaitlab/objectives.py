@@ -62,8 +62,9 @@ class Evaluation:
     Attributes:
         objectives: In the order of the study, each in its metric's unit and own direction;
             infinitely bad when too many trials are lost for the objective to have a value.
-        violations: One a constraint, in the order of the study, and one for lost trials; above 0
-            is not allowed, 1 misses a bound by its own size. Always finite.
+        violations: One a constraint, in the order of the study, and one for trials lost to falls
+            and to poses out of reach; above 0 is not allowed, 1 misses a bound by its own size.
+            Always finite.
         feasible: Whether no violation is above 0.
         n: Number of trials.
     """
@@ -84,8 +85,9 @@ def evaluate(study: Study, outcomes: Iterable[Outcome]) -> Evaluation:
     if not trials:
         raise ValueError("a candidate without trials cannot be judged")
     objectives = tuple(score(objective, trials) for objective in study.objectives)
-    lost = _loss(trials, all(map(isfinite, objectives)))
-    violations = (*(_violation(constraint, trials) for constraint in study.constraints), lost)
+    missed = tuple(_violation(constraint, trials) for constraint in study.constraints)
+    fulfilled = all(violation <= 0.0 for violation in missed)
+    violations = (*missed, _loss(trials, all(map(isfinite, objectives)), fulfilled))
     return Evaluation(
         objectives=objectives,
         violations=violations,
@@ -158,11 +160,16 @@ def _violation(constraint: Constraint, trials: Sequence[Outcome]) -> float:
     return min(missing / (abs(constraint.bound) or 1.0), FARTHEST)
 
 
-def _loss(trials: Sequence[Outcome], valued: bool) -> float:
-    """0 if every trial walked and every objective has a value, else how badly trials were lost."""
+def _loss(trials: Sequence[Outcome], valued: bool, fulfilled: bool) -> float:
+    """How badly trials were lost; 0 for a candidate that is allowed.
+
+    A candidate that misses a constraint anyway is told apart by how soon it fell, because a
+    search that starts among gaits that all fall has nothing else to go by.
+    """
     if not valued:
         return NO_VALUE + _mean_loss(trials)
-    return 0.0 if all(trial.walked for trial in trials) else _mean_loss(trials)
+    allowed = fulfilled and all(trial.walked for trial in trials)
+    return 0.0 if allowed else _mean_loss(trials)
 
 
 def _mean_loss(trials: Sequence[Outcome]) -> float:

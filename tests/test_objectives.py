@@ -224,6 +224,17 @@ def test_the_later_it_falls_the_smaller_the_violation() -> None:
     assert len(set(sizes)) == 4
 
 
+def test_gaits_that_all_miss_a_constraint_are_told_apart_by_how_soon_they_fall() -> None:
+    speed = s.Constraint(metric="walking_speed", bound=0.2, at_least=True)
+    asked = study(s.Objective(metric="upright_time", direction="maximize"), constraints=(speed,))
+    falls = [evaluate(asked, [fallen(after=after, walking_speed=0.5)]) for after in (0.1, 1.0, 5.0)]
+    assert [found.violations[0] for found in falls] == [1.0, 1.0, 1.0]
+    sizes = [sum(found.violations) for found in falls]
+    assert sizes == sorted(set(sizes), reverse=True)
+    allowed = [standing(seed=seed, walking_speed=0.9) for seed in range(3)]
+    assert evaluate(asked, [*allowed, fallen(seed=3)]).violations[1] == 0.0
+
+
 def test_a_share_of_falls_can_be_allowed_by_a_quantile() -> None:
     half = s.Aggregate(kind="quantile", share=0.5)
     asked = study(s.Objective(metric="energy", direction="minimize", over_seeds=half))
