@@ -25,7 +25,7 @@ NO_VALUE = 0.1  # added to the loss when an objective has no value, if only for 
 UNWALKED = 2.0  # loss of a trial that never walked; a fall at the first instant loses 1
 FARTHEST = 10.0  # bounds; a violation by more than this is as bad as this
 ROUNDING = 1e-9  # trials; forgives 0.1 x 30 being above 3
-NO_LOSS = "no trial is lost"  # what the last violation asks for
+TO_THE_END = "walking to the end"  # what the last violation asks for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ def evaluate(study: Study, outcomes: Iterable[Outcome]) -> Evaluation:
 
 def violation_names(study: Study) -> tuple[str, ...]:
     """What each violation of an evaluation is about."""
-    return (*(constraint.text for constraint in study.constraints), NO_LOSS)
+    return (*(constraint.text for constraint in study.constraints), TO_THE_END)
 
 
 def score(wanted: Objective | Constraint, trials: Sequence[Outcome]) -> float:
