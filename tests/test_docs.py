@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,12 @@ from tests.synthetic import walk
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+APART = ("adding", "nightly", "optimising")  # pages with tests of their own
+# Steps in place on two grounds, half a cycle each; enough to report, to query and to film.
+TINY = shlex.split(
+    "--seeds 1 --set horizon.cycles=0.5 --set surfaces=[grass_50mm,hard_floor] "
+    "--set grid.gait.step_length=[0]"
+)
 LINK = re.compile(r"\]\((?!https?:|#)([^)\s]+)\)")
 
 
@@ -61,8 +68,9 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
         name = text.splitlines()[0].removeprefix("# ")
         if "/" not in name:
             (folder / name).write_text(text)
-    tiny = ("--set", "horizon.cycles=0.5", "--set", "surfaces=[hard_floor]", "--seeds", "1")
-    ran = gaitlab("run", "eros_quick", *tiny, folder=folder)
+    for name in ("stand.yaml", "stand.py"):
+        shutil.copy(ROOT / "tests" / "data" / name, folder / name)
+    ran = gaitlab("run", "eros_quick", *TINY, folder=folder)
     assert ran.returncode == 0, ran.stderr
     return folder
 
@@ -88,17 +96,34 @@ def test_the_robot_and_servo_of_the_guide_are_what_is_walked(field: Path) -> Non
     assert shank.split()[1] == "0.125"
 
 
-@pytest.mark.parametrize("command", commands(ROOT / "README.md"))
-def test_every_command_of_the_readme_works(command: str, field: Path) -> None:
-    """Runs are only planned and reports only asked of what there is: their cost is minutes."""
-    words = shlex.split(command)[1:]
-    if words[0] == "run":
-        words.append("--dry-run")
-    done = gaitlab(*words, folder=field)
-    if words[0] == "report":
+def affordable(words: list[str]) -> list[str]:
+    """A command of a page at the cost of a test: planned instead of run, painted small."""
+    if words[0] in ("run", "optimize"):
+        return [*words, "--dry-run"]
+    if words[0] == "replay":
+        return [*words, "--fps", "5", "--to", "0.3", "-j", "0"]
+    return words
+
+
+@pytest.mark.parametrize(
+    "command", [line for page in PAGES if page.stem not in APART for line in commands(page)]
+)
+def test_every_command_of_a_page_works(command: str, field: Path) -> None:
+    """Reports are only asked of what there is: whole experiments take minutes."""
+    done = gaitlab(*affordable(shlex.split(command)[1:]), folder=field)
+    if command.startswith("gaitlab report"):
         assert done.returncode == 0 or "gaitlab run" in done.stderr
     else:
         assert done.returncode == 0, done.stderr
+
+
+def test_the_gate_of_the_guide_answers(field: Path) -> None:
+    """With the smallest experiment in the place of the shipped one."""
+    for command in commands(ROOT / "docs" / "nightly.md"):
+        words = ["stand.yaml" if word == "nightly" else word for word in shlex.split(command)[1:]]
+        done = gaitlab(*words, folder=field)
+        assert done.returncode == 0, done.stderr
+    assert "Nothing changed, bit for bit" in done.stdout
 
 
 def test_the_metric_of_the_guide_measures_a_log() -> None:

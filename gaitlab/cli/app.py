@@ -55,22 +55,22 @@ def gaitlab(
     """
 
 
-app.command()(run)
+app.command(short_help="Simulate what the store does not hold yet.")(run)
 app.command()(optimize)
-app.command()(report)
+app.command(short_help="Write the tables and figures of experiments or studies.")(report)
 app.command(name="list")(list_names)
-app.command()(show)
-app.command()(replay)
+app.command(short_help="Show the parameters behind a name, or a trial.")(show)
+app.command(short_help="Show a trial as a film.")(replay)
 app.command()(export)
-app.command()(status)
+app.command(short_help="Count what is done, infeasible, failed and damaged.")(status)
 app.command()(query)
 app.command(context_settings=NUMBERS)(ik)
 app.command(context_settings=NUMBERS)(fk)
-app.command()(audit)
-app.command()(check)
-app.command()(baseline)
-app.command()(merge)
-app.command()(verify)
+app.command(short_help="Set a paper's published tables beside our values.")(audit)
+app.command(short_help="Walk an experiment and compare with a baseline.")(check)
+app.command(short_help="Write the baseline that `check` compares with.")(baseline)
+app.command(short_help="Add all trials and experiments of a store to another.")(merge)
+app.command(short_help="Check every checksum, simulate some trials again.")(verify)
 
 
 def run_command_line(arguments: Sequence[str]) -> int:
