@@ -18,7 +18,7 @@ from gaitlab.store import listed
 from gaitlab.trial import PHYSICS_VERSION, canonical_json
 
 WORSE = 5  # exit code
-COARSEST = 0.3  # drop of the stable share; a gate that misses a larger one is none
+COARSEST = 0.5  # drop of the stable share; a gate that misses a larger one is none
 MOST_SEEDS = 10_000  # a cell; nobody walks more
 BITS = ("python_version", "numpy_version", "numba_version", "pybullet_version", "platform")
 ROUNDING = 1e-9  # relative; another processor may sum a metric in another order
@@ -209,7 +209,7 @@ def _require_seeds(
     needed = _needed(shares, tests)
     seeds = f"{min(sizes)} to {max(sizes)}" if min(sizes) < max(sizes) else str(min(sizes))
     advice = (
-        f"{needed} seeds a cell would do, in the experiment and in the baseline"
+        f"some {needed} seeds a cell would do, in the experiment and in the baseline"
         if needed
         else "more seeds do not help: choose cells in which the robot stays up more often"
     )
