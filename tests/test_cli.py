@@ -71,6 +71,16 @@ def test_every_command_has_a_sentence_and_an_example_that_names_it() -> None:
         assert f"Example:\n      gaitlab {name}" in help_text, name
 
 
+def test_no_summary_of_a_command_is_cut_off_at_eighty_columns() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "gaitlab", "--help"],
+        capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "80"},
+    )  # fmt: skip
+    commands = done.stdout.partition("Commands:\n")[2].splitlines()
+    assert len(commands) == len(app.registered_commands)
+    assert [line for line in commands if line.endswith("...")] == []
+
+
 def test_no_arguments_are_a_call_for_help(gaitlab) -> None:
     assert "Usage: gaitlab" in gaitlab().out
 

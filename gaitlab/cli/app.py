@@ -12,8 +12,8 @@ from typer.exceptions import TyperException
 
 from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
-from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.exporting import export
+from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.keeping import merge, verify
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
@@ -56,12 +56,14 @@ def gaitlab(
 
 
 app.command(short_help="Simulate what the store does not hold yet.")(run)
-app.command()(optimize)
+app.command(short_help="Search for the parameters that walk best.")(optimize)
 app.command(short_help="Write the tables and figures of experiments or studies.")(report)
-app.command(name="list")(list_names)
+app.command(name="list", short_help="List robots, gaits, surfaces, servos, experiments.")(
+    list_names
+)
 app.command(short_help="Show the parameters behind a name, or a trial.")(show)
 app.command(short_help="Show a trial as a film.")(replay)
-app.command()(export)
+app.command(short_help="Write a log or a robot for another tool.")(export)
 app.command(short_help="Count what is done, infeasible, failed and damaged.")(status)
 app.command()(query)
 app.command(context_settings=NUMBERS)(ik)
