@@ -109,7 +109,8 @@ def reach(
         if middle is None or middle not in walked:
             break
         holds, fails = (middle, fails) if walked[middle] == "holds" else (holds, middle)
-    ending: Ending = "fell" if walked[fails] == "fell" else "out of reach"
+    verdict = walked[fails]
+    ending: Ending = verdict if verdict == "fell" or verdict == "out of reach" else "a walk failed"
     return Reach(holds=holds, fails=fails, ending=ending)
 
 

@@ -109,6 +109,12 @@ def test_a_default_as_good_as_the_winner_cannot_be_told_apart() -> None:
     assert "cannot be told apart from that of the hand-set default" in sentences(found)
 
 
+def test_grounds_on_which_the_winner_falls_are_named() -> None:
+    assert "on grass 50 mm it falls in more than half of the walks" in sentences(toy_findings())
+    steady = replace(toy_findings(), reruns=(rerun(0.1),))
+    assert "On 4 other grounds too it stays up" in sentences(steady)
+
+
 def test_without_a_random_search_the_page_says_the_command() -> None:
     assert "--baseline random" in sentences(toy_findings(baseline=False))
     assert "--baseline random" not in sentences(toy_findings())

@@ -12,7 +12,7 @@ from gaitlab.experiment.study import Choices, Numbers, Study
 
 WINNER, DEFAULT, RANDOM = "winner", "hand-set default", "best of random search"
 Side = Literal["below", "above"]
-Ending = Literal["fell", "out of reach", "no fall found", "limit of the parameter"]
+Ending = Literal["fell", "out of reach", "a walk failed", "no fall found", "limit of the parameter"]
 
 
 class Candidate(Protocol):
@@ -181,7 +181,7 @@ class Findings:
         margins: Stability around the winner; None if it was not walked.
         called: What the command line calls the study.
         facts: Name and Markdown text of where everything comes from.
-        commands: What makes the page again, and what would fill its gaps.
+        commands: What walks everything, and what makes the page again.
     """
 
     experiment: Experiment

@@ -19,7 +19,7 @@ from gaitlab.report.study.words import (
     objective_text,
 )
 from gaitlab.report.words import plural, share, surface_text
-from gaitlab.statistics import wilson
+from gaitlab.statistics import stable_cell, wilson
 
 FEW_SEEDS = 10  # fresh ones; fewer hardly tell anything
 NARROW = 0.05  # of the range; a parameter that may move less than this must be set with care
@@ -67,6 +67,24 @@ def _winner(findings: Findings) -> Iterator[str]:
         other = findings.rerun(label)
         if other is not None and other.on(findings.grounds):
             yield from _against(findings, winner, other)
+    yield from _elsewhere(findings, winner)
+
+
+def _elsewhere(findings: Findings, winner: Rerun) -> Iterator[str]:
+    """Grounds that the winner was not tuned on and on which it does not stay up."""
+    elsewhere = [walk.surface for walk in winner.walks if walk.surface not in findings.grounds]
+    counts = {ground: stable_of(winner.on([ground])) for ground in dict.fromkeys(elsewhere)}
+    known = {ground: count for ground, count in counts.items() if count.n}
+    falls = [g for g, (up, n) in known.items() if not stable_cell(up / n)]
+    if falls:
+        names = ", ".join(surface_text(ground) for ground in falls)
+        yield (
+            f"It does not carry over to every ground: on {escape(names)} it falls in more than "
+            "half of the walks."
+        )
+    elif known:
+        others = plural(len(known), "other ground")
+        yield f"On {others} too it stays up in half of the walks or more."
 
 
 def _against(findings: Findings, winner: Rerun, other: Rerun) -> Iterator[str]:
@@ -157,7 +175,7 @@ def _cannot_tell(findings: Findings) -> Iterator[str]:
 
 def random_command(findings: Findings) -> str:
     """What searches at random with the same budget."""
-    return f"gaitlab optimize {findings.called} --baseline random"
+    return f"{findings.commands[0]} --baseline random"
 
 
 def _assumed(findings: Findings) -> str:

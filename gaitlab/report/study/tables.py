@@ -251,11 +251,10 @@ def _margin_row(findings: Findings, margin: Margin) -> list[str]:
 
 
 def _limit(reach: Reach) -> str:
-    if reach.ending == "fell" and reach.fails is not None:
-        return f"{number(reach.holds)}, falls at {number(reach.fails)}"
-    if reach.ending == "out of reach" and reach.fails is not None:
-        return f"{number(reach.holds)}, out of reach at {number(reach.fails)}"
-    return f"{number(reach.holds)}, {reach.ending}"
+    if reach.fails is None:
+        return f"{number(reach.holds)}, {reach.ending}"
+    verb = "falls" if reach.ending == "fell" else reach.ending
+    return f"{number(reach.holds)}, {verb} at {number(reach.fails)}"
 
 
 def share_moved(margin: Margin, reach: Reach, item: Numbers) -> float:
