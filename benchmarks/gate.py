@@ -95,7 +95,8 @@ def alarm_row(name: str, pool: Baseline, count: int, *, paired: bool) -> str:
     matching = "paired" if paired else "fresh seeds"
     return (
         f"| {name} | {matching} | {outcomes[0].runs.n} | {count} | {alarms} | "
-        f"{100 * alarms / count:.1f} % [{100 * low:.1f}, {100 * high:.1f}] | {100 * drop:.0f} points |"
+        f"{100 * alarms / count:.1f} % [{100 * low:.1f}, {100 * high:.1f}] | "
+        f"{100 * drop:.0f} points |"
     )
 
 

@@ -60,7 +60,7 @@ class Matched:
             pd.Series(flags).groupby(side["cell"].to_numpy()).agg(["sum", "size"])
             for flags, side in zip(self.flags(), (self.first, self.second), strict=True)
         ]
-        both = sides[0].join(sides[1], lsuffix="_first", rsuffix="_second", how="inner")
+        both = pd.merge(*sides, left_index=True, right_index=True, suffixes=("_first", "_second"))
         return [(Count(int(a), int(n)), Count(int(b), int(m))) for a, n, b, m in both.to_numpy()]
 
     def differences(self, metric: str) -> np.ndarray:

@@ -1,0 +1,160 @@
+"""The comparison of a report: says which is better when it is, and nothing when it is not."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from gaitlab.report.comparison import comparison
+from gaitlab.report.comparison.contrast import metric_contrast, stable_contrast, verdicts
+from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.results import Results
+from tests.report.builder import results_of, toy_trials, trial
+
+SURFACES = ("grass_50mm", "carpet_4mm")
+
+
+def walks(
+    seeds: range = range(20),
+    *,
+    shares: tuple[float, float] = (0.9, 0.3),
+    rows: tuple[float, ...] = (0.04, 0.08),
+    shift: float = 0.0,
+    draw: int = 0,
+    second_seeds: range | None = None,
+) -> Results:
+    """Two variants, plain and with heel strike, that stay up with these shares."""
+    rng = np.random.default_rng(draw)
+    found = []
+    variants = (("none", shares[0], seeds), ("add", shares[1], second_seeds or seeds))
+    for heel, share, given in variants:
+        for surface in SURFACES:
+            for row in rows:
+                for seed in given:
+                    up = bool(rng.random() < share)
+                    walk = trial(row, surface, heel, seed, up=up) | {"stable_strict": up}
+                    added = shift if heel == "add" else 0.0
+                    walk |= {"pitch_amplitude": 0.1 + added + 0.01 * rng.normal()}
+                    found.append(walk | {"cost_of_transport": 1.0 + 0.1 * rng.normal()})
+    return results_of(found, compare=False)
+
+
+def pairs(results: Results) -> Matched:
+    return matched(results, *results.variants)
+
+
+def line(page: str, start: str) -> str:
+    return next(text for text in page.splitlines() if text.startswith(f"| {start}"))
+
+
+def test_one_variant_is_nothing_to_compare():
+    only = [walk for walk in toy_trials() if walk["gait.heel_strike"] == "none"]
+    assert comparison(results_of(only, paths=())) == ""
+
+
+def test_the_gait_that_falls_is_worse_and_the_other_way_round_better():
+    worse = comparison(walks())
+    assert "**worse**" in line(worse, "stable runs")
+    assert "stays up less often than *plain*" in worse
+    assert "**better**" in line(comparison(walks(shares=(0.3, 0.9))), "stable runs")
+
+
+def test_less_rocking_is_better_because_the_metric_says_so():
+    page = comparison(walks(shares=(1.0, 1.0), shift=-0.03))
+    assert "**better**" in line(page, "pitch amplitude")
+    assert "less is better" in line(page, "pitch amplitude")
+
+
+def test_equal_gaits_cannot_be_told_and_it_says_how_many_seeds_would():
+    page = comparison(walks(shares=(0.7, 0.7), draw=3))
+    stable = line(page, "stable runs")
+    assert "cannot tell" in stable
+    assert re.search(r"\| +(\d+|more than 1000) +\|$", stable)
+
+
+def test_of_comparisons_without_a_difference_few_name_one():
+    named = 0
+    for draw in range(20):
+        page = comparison(walks(range(10), shares=(0.7, 0.7), draw=draw))
+        tables = page.partition("\n\n*better*")[0]
+        named += "**better**" in tables or "**worse**" in tables
+    assert named <= 4  # 5 % claimed; five or more of 20 would be a chance of 0.3 %
+
+
+def test_runs_are_paired_by_seed_whatever_their_order():
+    results = walks()
+    runs = pairs(results)
+    assert runs.paired
+    assert (runs.first["seed"] == runs.second["seed"]).all()
+    assert (runs.first["cell"] == runs.second["cell"]).all()
+    shuffled = results.trials.sample(frac=1.0, random_state=1)
+    again = pairs(results_of(shuffled.drop(columns="variant").to_dict("records"), compare=False))
+    assert stable_contrast(again).difference == stable_contrast(runs).difference
+
+
+def test_without_common_seeds_cells_are_compared_and_it_is_said():
+    results = walks(second_seeds=range(50, 75))
+    page = comparison(results)
+    assert "without common seeds" in page.splitlines()[4]
+    assert "**worse**" in line(page, "stable runs")
+    assert not pairs(results).paired
+
+
+def test_only_shared_cells_are_compared_and_the_rest_is_counted():
+    results = walks()
+    trials = [
+        walk
+        for walk in results.trials.drop(columns="variant").to_dict("records")
+        if walk["gait.step_length"] != 0.08 or walk["gait.heel_strike"] == "none"
+    ]
+    page = comparison(results_of(trials, compare=False))
+    assert "2 cells that only one of them has walked are left out" in page
+    assert "over 40 pairs" in page
+
+
+def test_nothing_shared_is_said_to_be_that():
+    trials = [
+        walk
+        for walk in walks().trials.drop(columns="variant").to_dict("records")
+        if (walk["gait.step_length"] == 0.08) == (walk["gait.heel_strike"] == "none")
+    ]
+    assert "share no cell" in comparison(results_of(trials, compare=False))
+
+
+def test_a_difference_is_second_less_first():
+    contrast = metric_contrast(pairs(walks(shares=(1.0, 1.0), shift=0.05)), "pitch_amplitude")
+    assert contrast.difference == pytest.approx(0.05, abs=0.01)
+    assert contrast.second - contrast.first == pytest.approx(contrast.difference)
+    assert contrast.interval.low < contrast.difference < contrast.interval.high
+
+
+def test_a_metric_of_a_walk_is_not_taken_from_falls_but_distance_is():
+    runs = pairs(walks(shares=(1.0, 0.5)))
+    assert metric_contrast(runs, "distance").n == runs.n
+    assert metric_contrast(runs, "pitch_amplitude").n < runs.n
+
+
+def test_one_seed_a_cell_and_a_metric_nobody_has_are_no_trouble():
+    page = comparison(walks(range(1)))
+    assert "cannot tell" in page
+    assert metric_contrast(pairs(walks()), "peak_torque").n == 0
+    assert verdicts([metric_contrast(pairs(walks()), "peak_torque")]) == ["no data"]
+
+
+def test_a_cell_alone_tells_only_when_enough_of_its_runs_differ():
+    assert "**-20/20**" in comparison(walks(shares=(1.0, 0.0)))
+    few = comparison(walks(range(3), shares=(1.0, 0.0)))
+    assert "-3/3" in few
+    assert "**-3/3**" not in few
+
+
+def test_the_same_trials_give_the_same_page():
+    assert comparison(walks()) == comparison(walks())
+
+
+def test_infeasible_steps_count_as_not_stable():
+    found = [trial(0.04, "grass_50mm", "none", seed) for seed in range(12)]
+    found += [trial(0.04, "grass_50mm", "add", seed, state="INFEASIBLE") for seed in range(12)]
+    assert "**worse**" in line(comparison(results_of(found, compare=False)), "stable runs")
