@@ -115,4 +115,6 @@ def reach(
 
 
 def _unbroken(rungs: Sequence[float], holds: float) -> Ending:
-    return "no fall found" if rungs and holds == rungs[-1] else "limit of the parameter"
+    if not rungs:
+        return "limit of the parameter"
+    return "no fall found" if holds == rungs[-1] else "not walked yet"

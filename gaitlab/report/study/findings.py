@@ -12,7 +12,14 @@ from gaitlab.experiment.study import Choices, Numbers, Study
 
 WINNER, DEFAULT, RANDOM = "winner", "hand-set default", "best of random search"
 Side = Literal["below", "above"]
-Ending = Literal["fell", "out of reach", "a walk failed", "no fall found", "limit of the parameter"]
+Ending = Literal[
+    "fell",
+    "out of reach",
+    "a walk failed",
+    "no fall found",
+    "not walked yet",
+    "limit of the parameter",
+]
 
 
 class Candidate(Protocol):

@@ -125,7 +125,7 @@ def _optimism(findings: Findings) -> Iterator[str]:
 
 def _margins(findings: Findings) -> Iterator[str]:
     margins = findings.margins
-    if margins is None:
+    if margins is None or not margins.complete:
         return
     if not margins.seeds:
         yield "The winner falls with every seed of the margin walks, so no margin can be given."
