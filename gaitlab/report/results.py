@@ -51,7 +51,7 @@ class Results:
     metrics: tuple[str, ...] = ()
     maps: tuple[tuple[str, ...], ...] = ()
 
-    @property
+    @cached_property
     def row_values(self) -> tuple[Value, ...]:
         """Values of the rows: numbers rising, negative ones last; names as planned."""
         values = tuple(dict.fromkeys(self.trials[self.rows]))
@@ -59,7 +59,7 @@ class Results:
             return values
         return tuple(sorted(values, key=lambda value: (value < 0, abs(value))))
 
-    @property
+    @cached_property
     def column_values(self) -> tuple[Value, ...]:
         """Values of the columns, in the order of the plan."""
         return tuple(dict.fromkeys(self.trials[self.columns]))
@@ -79,7 +79,9 @@ class Results:
 
     @cached_property
     def _cells(self) -> dict[tuple[str, Value, Value], Cell]:
-        groups = self.trials.groupby(["variant", self.rows, self.columns], sort=False)
+        place = ["variant", self.rows, self.columns]
+        counted = dict.fromkeys((*place, "state", "stable", "stable_strict"))
+        groups = self.trials[list(counted)].groupby(place, sort=False)
         return {key: cell_of(group) for key, group in groups}
 
     def column_cells(self, variant: Variant, column: Value) -> list[Cell]:
@@ -95,7 +97,7 @@ class Results:
         """Trials of one variant that were simulated."""
         return self.done[self.done["variant"] == variant.label]
 
-    @property
+    @cached_property
     def done(self) -> pd.DataFrame:
         """Trials that were simulated."""
         return self.trials[self.trials["state"] == "DONE"]

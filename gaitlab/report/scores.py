@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from typing import Literal
 
 import numpy as np
@@ -29,6 +30,7 @@ from gaitlab.statistics import (
 )
 
 Score = Literal["stable", "stable_strict"]
+SCORED = ("DONE", "INFEASIBLE")  # states of a trial that count in a cell
 DRAWS = 4000  # of the efficiency; the interval's ends settle to about one percent
 LEVEL = 0.95
 
@@ -92,14 +94,14 @@ EMPTY = Cell(stable=(), strict=(), infeasible=0, failed=0, missing=0)
 
 def cell_of(trials: pd.DataFrame) -> Cell:
     """The cell that these trials make up."""
-    states = trials["state"]
-    scored = trials[states.isin(("DONE", "INFEASIBLE"))]
+    states = trials["state"].tolist()
+    scored = [state in SCORED for state in states]
     return Cell(
-        stable=tuple(truth(scored["stable"]).tolist()),
-        strict=tuple(truth(scored["stable_strict"]).tolist()),
-        infeasible=int((states == "INFEASIBLE").sum()),
-        failed=int((states == "FAILED").sum()),
-        missing=int((states == "MISSING").sum()),
+        stable=tuple(compress(truth(trials["stable"]).tolist(), scored)),
+        strict=tuple(compress(truth(trials["stable_strict"]).tolist(), scored)),
+        infeasible=states.count("INFEASIBLE"),
+        failed=states.count("FAILED"),
+        missing=states.count("MISSING"),
     )
 
 

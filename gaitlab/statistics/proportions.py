@@ -17,6 +17,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from math import hypot, sqrt
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -58,6 +59,7 @@ def require_possible(successes: int, n: int) -> None:
         raise ValueError(f"{successes} successes among {n} trials; need 0 <= successes <= n")
 
 
+@lru_cache(maxsize=4096)
 def wilson(successes: int, n: int, confidence: float = 0.95) -> Interval:
     """Score interval of a proportion, [Wilson1927]; all of [0, 1] when n is 0.
 
