@@ -19,6 +19,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import PlannedTrial, plan
@@ -36,7 +37,7 @@ experiment = load_experiment(sys.argv[1], seeds=int(sys.argv[2]))
 write_report([experiment], Store(Path(sys.argv[3])), Path(sys.argv[4]), html=True, tables=True)
 seconds = time.perf_counter() - start
 peak = re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text())
-print(seconds, int(peak[1]) / 1024)
+print(seconds, time.process_time(), int(peak[1]) / 1024)
 """
 
 
@@ -83,12 +84,25 @@ def _copy(source: Store, original: str, items: list[PlannedTrial], store: Store)
         store.note(copied)
 
 
-def measure(store: Store, seeds: int, output: Path) -> tuple[float, float]:
-    """Seconds and peak memory in [MB] of one report with all its forms."""
+class Cost(NamedTuple):
+    """What one report takes.
+
+    Attributes:
+        seconds: By the clock.
+        busy: Of processor time, in [s]; less than the clock's on a machine with other work.
+        memory: Peak, in [MB].
+    """
+
+    seconds: float
+    busy: float
+    memory: float
+
+
+def measure(store: Store, seeds: int, output: Path) -> Cost:
+    """Cost of one report with all its forms."""
     words = [sys.executable, "-c", MEASURED, EXPERIMENT, str(seeds), str(store.path), str(output)]
     done = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True)
-    seconds, memory = (float(word) for word in done.stdout.split())
-    return seconds, memory
+    return Cost(*(float(word) for word in done.stdout.split()))
 
 
 def digest(folder: Path) -> str:
@@ -108,14 +122,15 @@ def rows(sizes: list[int], source: Store, store: Store, folder: Path) -> Iterato
         trials = fill(store, source, seeds)
         filled = time.perf_counter() - start
         output = folder / str(size)
-        seconds, memory = measure(store, seeds, output)
+        first = measure(store, seeds, output)
         before = digest(output)
-        again, _ = measure(store, seeds, output)
+        again = measure(store, seeds, output)
         same = "equal" if digest(output) == before else "DIFFERENT"
         page = (output / "index.html").stat().st_size / 1e6
         yield (
-            f"{trials:6d} trials (filled in {filled:.0f} s): {seconds:.1f} s, again {again:.1f} s "
-            f"with {same} bytes, {memory:.0f} MB at most, index.html {page:.1f} MB"
+            f"{trials:6d} trials (filled in {filled:.0f} s): {first.seconds:.1f} s, of which "
+            f"{first.busy:.1f} s of a processor; again {again.seconds:.1f} s with {same} bytes; "
+            f"{first.memory:.0f} MB at most; index.html {page:.1f} MB"
         )
 
 
