@@ -91,10 +91,12 @@ def _direction_block(
     ]
     if not planned:
         return []
-    title = ", ".join(part for part in (direction.capitalize(), escape(variant.label)) if part)
+    label = escape(variant.label) if len(results.variants) > 1 else ""
+    title = ", ".join(part for part in (direction.capitalize(), label) if part)
     body = [_row(results, variant, row) for row in planned]
     grid = table([_row_title(results), *_column_titles(results)], body, "r")
-    return [f"### {title}", grid, *_agreement_lines(results, variant, direction)]
+    heading = [f"### {title}"] if title else []
+    return [*heading, grid, *_agreement_lines(results, variant, direction)]
 
 
 def _row_title(results: Results) -> str:

@@ -130,6 +130,19 @@ def metrics_table(results: Results) -> str:
     return table(["metric", *(escape(v.label) for v in results.variants)], rows, "l")
 
 
+def shown_unit(name: str) -> str:
+    """Unit in which a page gives a metric: angles in degrees, all else in SI units."""
+    unit = unit_of(name)
+    return "°" if unit == "rad" else unit
+
+
+def shown_values(name: str, values: pd.Series) -> np.ndarray:
+    """A metric in the unit that the page gives it in; NaN where it is not defined. Shape (n,)."""
+    found = pd.to_numeric(values, errors="coerce").to_numpy(dtype=float)
+    return np.degrees(found) if unit_of(name) == "rad" else found
+
+
 def _metric_row(results: Results, name: str) -> list[str]:
     done = [results.done_of(variant) for variant in results.variants]
-    return [f"{escape(name)} [{unit_of(name)}]", *(quartiles(trials[name]) for trials in done)]
+    cells = [quartiles(pd.Series(shown_values(name, trials[name]))) for trials in done]
+    return [f"{escape(name)} [{shown_unit(name)}]", *cells]

@@ -63,8 +63,8 @@ class FigureFiles(NamedTuple):
 
 
 def wrapped(text: str, width: int) -> str:
-    """A title on as many lines as it needs, at most three."""
-    return fill(text, width, max_lines=3, placeholder=" …")
+    """A title on as many lines as it needs, at most three; a number keeps its unit."""
+    return fill(text.replace(" mm", "\N{NO-BREAK SPACE}mm"), width, max_lines=3, placeholder=" …")
 
 
 @contextmanager

@@ -106,15 +106,17 @@ def _before(codes: Mapping[str, bytes], k: int) -> set[bytes]:
 
 
 def _chosen(results: Results) -> list[tuple[str, str]]:
-    """Pairs beside that of the tables, the numbers first, when more than two paths are varied."""
-    paths = varied_paths(results)
-    if len(paths) < 3:
-        return []
-    numeric = [p for p in paths if pd.api.types.is_numeric_dtype(results.trials[p])]
-    ordered = [*numeric, *(p for p in paths if p not in numeric)]
+    """Pairs beside that of the tables, when more than two numbers or grounds are varied."""
     table = {results.rows, results.columns}
+    paths = [path for path in varied_paths(results) if path in table or _numeric(results, path)]
+    ordered = sorted(paths, key=lambda path: path in ("surface", "robot"))
     pairs = [pair for pair in combinations(ordered, 2) if set(pair) != table]
-    return pairs[:MOST_MAPS]
+    return pairs[:MOST_MAPS] if len(paths) > 2 else []
+
+
+def _numeric(results: Results, path: str) -> bool:
+    values = results.trials[path]
+    return pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
 
 
 def _pooled(results: Results, rows: str, columns: str) -> Grid:

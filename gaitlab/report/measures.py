@@ -7,10 +7,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gaitlab.metrics import unit_of
-from gaitlab.report.falls import metrics_table
+from gaitlab.report.falls import metrics_table, shown_unit, shown_values
 from gaitlab.report.figure_style import save
-from gaitlab.report.figures.measures import MOST_POINTS, Panel, Sample, measures_figure
+from gaitlab.report.figures.measures import (
+    MOST_POINTS,
+    Panel,
+    Sample,
+    measures_figure,
+    most_runs,
+)
 from gaitlab.report.markdown import details, image, section
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
@@ -38,7 +43,9 @@ def measures(results: Results, folder: Path) -> str:
         save(measures_figure(panels), folder, "measures")
         picture = image("Metrics of the single runs, one panel each, by ground", "measures.png")
     medians = details("Median [quartiles] over all simulated trials", table)
-    return section("Measures by ground", picture, _caption(results) if panels else "", medians)
+    return section(
+        "Measures by ground", picture, _caption(results, panels) if panels else "", medians
+    )
 
 
 def _panels(results: Results) -> list[Panel]:
@@ -52,8 +59,7 @@ def _any(panel: Panel) -> bool:
 
 
 def _panel(results: Results, name: str) -> Panel:
-    unit = unit_of(name)
-    label = name.replace("_", " ").replace("zmp", "ZMP") + (f" [{unit}]")
+    label = f"{name.replace('_', ' ').replace('zmp', 'ZMP')} [{shown_unit(name)}]"
     grounds = list(dict.fromkeys(results.trials["surface"]))
     return Panel(
         label=label,
@@ -69,17 +75,17 @@ def _panel(results: Results, name: str) -> Panel:
 
 
 def _sample(trials: pd.DataFrame, name: str) -> Sample:
-    values = pd.to_numeric(trials[name], errors="coerce").to_numpy(dtype=float)
+    values = shown_values(name, trials[name])
     known = np.isfinite(values)
     return Sample(values=values[known], fell=truth(trials["fell"])[known])
 
 
-def _caption(results: Results) -> str:
+def _caption(results: Results, panels: list[Panel]) -> str:
     rest = len(results.variants) - MOST_VARIANTS
     text = (
         "Every run up to its fall, all rows of the tables together: the line is the median, the "
-        "box the middle half, the whiskers reach from the 5th to the 95th percentile. A dot is a "
-        f"run that stayed up, a cross one that fell; of more than {MOST_POINTS} runs the box "
-        "stands alone."
+        "box the middle half, the whiskers reach from the 5th to the 95th percentile."
     )
+    if most_runs(panels) <= MOST_POINTS:
+        text += " Runs far beyond the whiskers stand on the edge of the picture."
     return text if rest <= 0 else f"{text} {plural(rest, 'further variant')} not drawn."

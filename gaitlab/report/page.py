@@ -103,8 +103,8 @@ def _how_to_read(results: Results) -> list[str]:
 
 
 def _what_this_says(results: Results, sources: Sources) -> str:
-    assumed = sum(part.unpublished for part in sources.parts)
-    return section("What this says", sentences(results, assumed))
+    assumed = frozenset(item for part in sources.parts for item in part.unpublished)
+    return section("What this says", sentences(results, len(assumed)))
 
 
 def _cells(results: Results, folder: Path) -> str:
@@ -130,4 +130,4 @@ def _falls(results: Results, folder: Path) -> str:
 def _provenance(sources: Sources) -> str:
     again = f"This page again:\n\n{fenced(sources.command, 'sh')}"
     parts = part_tables(sources.parts)
-    return section("Provenance", facts_table(sources.facts), again, parts, sources.grounds)
+    return section("Provenance", facts_table(sources.facts), again, sources.grounds, parts)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from gaitlab.parameters import Parameter, get_path, parameters
-from gaitlab.report.markdown import code, escape, table
+from gaitlab.report.markdown import code, details, escape, table
+from gaitlab.report.notes import Notes
 from gaitlab.report.variants import value_text
+from gaitlab.report.words import plural
 from gaitlab.surfaces import Surface
 
 UNPUBLISHED = ("assumption", "reconstruction")
@@ -26,25 +28,41 @@ class Part:
         path: Prefix of its parameters' dotted paths.
         value: The dataclass.
         varied: Paths that the experiment varies.
+        notes: What its own file says, over what its class says.
     """
 
     title: str
     path: str
     value: Any
     varied: frozenset[str]
+    notes: Notes = field(default_factory=Notes)
 
     def parameters(self) -> Iterable[Parameter]:
         """Its parameters, in order."""
         return parameters(type(self.value))
 
     @property
-    def unpublished(self) -> int:
-        """Parameters whose default nobody published and that the experiment does not vary."""
-        return sum(self._is_unpublished(item) for item in self.parameters())
+    def unpublished(self) -> frozenset[tuple[str, str, str]]:
+        """Parameters that nobody published and the experiment does not vary: path, value, source.
+
+        Parts that share a value from one source share the entry.
+        """
+        return frozenset(
+            (f"{self.path}.{item.name}", value_text(self._value(item)), self._note(item))
+            for item in self.parameters()
+            if self._is_unpublished(item)
+        )
 
     def _is_unpublished(self, item: Parameter) -> bool:
         varied = f"{self.path}.{item.name}" in self.varied
-        return item.source.lower().startswith(UNPUBLISHED) and not varied
+        return self._note(item).lower().startswith(UNPUBLISHED) and not varied
+
+    def _note(self, item: Parameter) -> str:
+        return self.notes.sources.get(item.name, item.source)
+
+    def _value(self, item: Parameter) -> object:
+        value: object = get_path(self.value, item.name)
+        return value
 
     def table(self) -> str:
         """Name, value, unit, meaning and source of every parameter."""
@@ -53,7 +71,7 @@ class Part:
 
     def _row(self, item: Parameter) -> list[str]:
         path = f"{self.path}.{item.name}"
-        value = get_path(self.value, item.name)
+        value = self._value(item)
         shown = "*varied*" if path in self.varied else escape(value_text(value))
         return [
             code(item.name),
@@ -66,8 +84,8 @@ class Part:
     def _source(self, item: Parameter, value: object) -> str:
         if f"{self.path}.{item.name}" in self.varied:
             return ""
-        text = escape(item.source)
-        if value != item.default and item.source:
+        text = escape(self._note(item))
+        if text and value != self.notes.values.get(item.name, item.default):
             text = "set by the experiment"
         return (
             f"**{text}, nobody published it**"
@@ -83,7 +101,7 @@ class Part:
 
 
 def ground_table(grounds: Mapping[str, Surface]) -> str:
-    """Every ground with its numbers, one column each; their sources stand in their files."""
+    """Every ground with its numbers, one column each."""
     items: dict[str, Parameter] = {}
     for surface in grounds.values():
         items |= {item.name: item for item in parameters(type(surface))}
@@ -91,9 +109,7 @@ def ground_table(grounds: Mapping[str, Surface]) -> str:
     kinds = ["`type`", "", *(surface.type for surface in grounds.values())]
     header = ["parameter", "unit", *map(escape, grounds)]
     numbers = table(header, [kinds, *rows], "ll" + "r" * len(grounds))
-    return (
-        f"### grounds\n\nThe source of every number stands in the file of its ground.\n\n{numbers}"
-    )
+    return f"### grounds\n\n{numbers}"
 
 
 def _ground_row(item: Parameter, grounds: Sequence[Surface]) -> list[str]:
@@ -109,11 +125,19 @@ def unit_text(unit: str) -> str:
 
 
 def part_tables(parts: Sequence[Part]) -> str:
-    """All parameters, one table a part, what nobody published in bold."""
-    blocks = [
-        f"### {escape(part.title)}\n\n{part.table()}" for part in parts if any(part.parameters())
-    ]
-    return "\n\n".join(blocks)
+    """All parameters, one folded table a part, what nobody published in bold."""
+    return "\n\n".join(
+        f"### {escape(part.title)}\n\n{details(_summary(part), part.table())}"
+        for part in parts
+        if any(part.parameters())
+    )
+
+
+def _summary(part: Part) -> str:
+    """How many parameters a part has, and of how many nobody published the value."""
+    n, hidden = len(list(part.parameters())), len(part.unpublished)
+    count = plural(n, "parameter")
+    return f"{count}, {hidden} of them nobody published" if hidden else count
 
 
 def facts_table(facts: Mapping[str, str]) -> str:

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from gaitlab.report.cells import STEP, forward_agreement
 from gaitlab.report.markdown import escape
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.scores import efficiency_draws, interval_of, mean_percent, truth
-from gaitlab.report.variants import Variant
-from gaitlab.report.words import interval, percent, plural
-from gaitlab.statistics import McNemar, mcnemar
+from gaitlab.report.variants import Value, Variant
+from gaitlab.report.words import column_text, interval, path_text, percent, plural, with_unit
+from gaitlab.statistics import STABLE_SHARE, McNemar, mcnemar
 
 LEVEL = 0.05  # two-sided; a larger p is called chance
+MOST_NAMED = 4  # rows or columns in one sentence
 FEW_SEEDS = 10  # a cell; the EROS protocol of this project asks for at least as many
 
 
 def sentences(results: Results, assumed: int) -> str:
-    """Two to five sentences: the effect, what chance could do, the paper, what was assumed.
+    """A few sentences: the effect, where, the paper, what chance could do, what was assumed.
 
     Args:
         results: What was simulated.
         assumed: Parameters of robot, gait, servos and ground that nobody published.
     """
-    parts = [_effect(results), _paper(results), _small_n(results), _assumptions(assumed)]
+    parts = [
+        _effect(results),
+        _everywhere(results),
+        _paper(results),
+        _doubtful(results),
+        _small_n(results),
+        _assumptions(assumed),
+    ]
     return " ".join(part for part in parts if part)
 
 
@@ -98,6 +108,58 @@ def _paper(results: Results) -> str:
         return ""
     tables = sorted({published(str(v.compare)).title for v in compared})
     return f"The verdict is the paper's ({' and '.join(tables)}) in {found}."
+
+
+def _everywhere(results: Results) -> str:
+    """Columns and rows in which every cell is stable, and in which none is."""
+    verdicts = _verdicts(results)
+    if results.done.empty or len(verdicts) < 2:
+        return ""
+    if len(set(verdicts)) == 1:
+        return "Every cell is stable." if verdicts[0] else "No cell is stable."
+    columns = {column_text(results, c): _verdicts(results, column=c) for c in results.column_values}
+    rows = {_row_text(results, r): _verdicts(results, row=r) for r in results.row_values}
+    kinds = (("on" if results.columns == "surface" else "with", columns), ("with", rows))
+    told = [_all_or_none(found, word) for word, found in kinds if len(found) > 1]
+    return " ".join(text for text in told if text)
+
+
+def _row_text(results: Results, row: Value) -> str:
+    return f"{path_text(results.rows)} {with_unit(results, results.rows, row)}"
+
+
+def _verdicts(
+    results: Results, *, row: Value | None = None, column: Value | None = None
+) -> list[bool]:
+    """Verdicts of the scored cells of a row or a column, of all variants."""
+    rows = results.row_values if row is None else (row,)
+    columns = results.column_values if column is None else (column,)
+    cells = [results.cell(v, r, c) for v in results.variants for r in rows for c in columns]
+    return [bool(cell.verdict()) for cell in cells if cell.n]
+
+
+def _all_or_none(verdicts: Mapping[str, list[bool]], word: str) -> str:
+    stable = [name for name, found in verdicts.items() if found and all(found)]
+    fallen = [name for name, found in verdicts.items() if found and not any(found)]
+    texts = [
+        f"{what} cell is stable {word} {' and '.join(map(escape, names))}."
+        for names, what in ((stable, "Every"), (fallen, "No"))
+        if names and len(names) <= MOST_NAMED
+    ]
+    return " ".join(texts)
+
+
+def _doubtful(results: Results) -> str:
+    """How many verdicts chance could have turned."""
+    cells = [cell for v in results.variants for cells in results.by_column(v) for cell in cells]
+    known = [cell for cell in cells if cell.n and cell.feasible]
+    open_ = sum(cell.interval().low < STABLE_SHARE < cell.interval().high for cell in known)
+    if not open_:
+        return ""
+    return (
+        "Verdicts that chance could have turned, because the interval of the stable share holds "
+        f"one half: {open_} of {plural(len(known), 'cell')}."
+    )
 
 
 def _small_n(results: Results) -> str:

@@ -11,6 +11,7 @@ import pandas as pd
 from gaitlab.experiment import Experiment
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
+from gaitlab.report.notes import file_notes, ground_notes
 from gaitlab.report.page import Sources
 from gaitlab.report.provenance import Part, common_values, ground_table, seeds_text
 from gaitlab.report.results import Results
@@ -99,10 +100,27 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part
         yield Part(title=f"gait {names.gait}{of}", path="gait", value=trial.gait, varied=varied)
         yield Part(title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied)
         for name, servo in _servos(trial).items():
-            yield Part(title=f"servo {name}{of}", path="servo", value=servo, varied=varied)
+            notes = file_notes("servo", name, experiments[0].path.parent)
+            title = f"servo {name}{of}"
+            yield Part(title=title, path="servo", value=servo, varied=varied, notes=notes)
+    yield from _ground_parts(experiments, varied)
     trial = base_trial(experiments[0])
     for path in ("horizon", "spread", "engine"):
         yield Part(title=path, path=path, value=getattr(trial, path), varied=varied)
+
+
+def _ground_parts(experiments: Sequence[Experiment], varied: frozenset[str]) -> Iterator[Part]:
+    """Every ground, once, with the notes of its file."""
+    seen: set[str] = set()
+    for experiment in experiments:
+        notes = ground_notes(experiment)
+        for name, ground in experiment.parts.surfaces.items():
+            title = f"ground {surface_text(name)}"
+            if title not in seen:
+                yield Part(
+                    title=title, path="surface", value=ground, varied=varied, notes=notes[name]
+                )
+            seen.add(title)
 
 
 def _grounds(experiments: Sequence[Experiment]) -> dict[str, Surface]:

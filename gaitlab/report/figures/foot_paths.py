@@ -91,7 +91,8 @@ def foot_figure(walks: Sequence[Walk]) -> Figure:
             for foot, axis in enumerate(column):
                 _draw(axis, walk, both[foot], shown)
                 axis.set_xlim(left, left + width)
-                axis.text(0.01, 0.99, f"{FEET[foot]} foot", va="top", transform=axis.transAxes)
+                name = axis.text(0.01, 0.96, f"{FEET[foot]} foot", transform=axis.transAxes)
+                name.set(va="top", fontsize=8.0, bbox={"facecolor": "white", "linewidth": 0.3})
             head = f"{walk.label}, seed {walk.seed}" if walk.label else f"seed {walk.seed}"
             column[0].set_title(wrapped(head, 84 // len(walks)))
             column[1].set_xlabel("forward of the start [m]")

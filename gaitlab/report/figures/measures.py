@@ -24,7 +24,9 @@ from gaitlab.report.figure_style import (
 )
 
 ACROSS = 2  # panels side by side
-MOST_POINTS = 60  # of one box; of more the box alone is drawn
+MOST_POINTS = 120  # of the largest box; of more the boxes stand alone
+BEYOND = 0.3  # of the whiskers' reach, shown on either side of them
+WHISKERS = (5.0, 95.0)  # percentiles
 WIDTH = 0.8  # of a ground's place that its boxes take
 PHI = 0.6180339887498949  # golden ratio less 1: its multiples spread evenly over [0, 1)
 
@@ -59,39 +61,60 @@ def measures_figure(panels: Sequence[Panel]) -> Figure:
     """One panel a metric: grounds along the axis, variants side by side."""
     across, down = min(ACROSS, len(panels)), ceil(len(panels) / ACROSS)
     variants = list(panels[0].samples)
+    points = most_runs(panels) <= MOST_POINTS
     with style():
         figure = new_figure(height=2.15 * down + 0.6)
         axes = figure.subplots(down, across, squeeze=False).ravel()
         for axis, panel in zip(axes, panels, strict=False):
-            _draw(axis, panel)
+            _draw(axis, panel, points)
         for axis in axes[len(panels) :]:
             axis.set_visible(False)
         columns = min(4, len(variants) + 2)
-        keys = _keys(variants)
-        figure.legend(handles=keys, loc="outside lower center", ncols=columns, fontsize=7.5)
+        keys = [*_keys(variants), *([_up(), _down()] if points else [])]
+        if keys:
+            figure.legend(handles=keys, loc="outside lower center", ncols=columns, fontsize=7.5)
     return figure
 
 
-def _draw(axis: Axes, panel: Panel) -> None:
+def most_runs(panels: Sequence[Panel]) -> int:
+    """Runs of the largest box."""
+    return max(
+        len(sample.values)
+        for panel in panels
+        for grounds in panel.samples.values()
+        for sample in grounds.values()
+    )
+
+
+def _draw(axis: Axes, panel: Panel, points: bool) -> None:
     grounds = list(next(iter(panel.samples.values())))
     width = WIDTH / len(panel.samples)
+    low, high = _reach(panel)
     for i, by_ground in enumerate(panel.samples.values()):
         for k, sample in enumerate(by_ground.values()):
             place = k - 0.5 * WIDTH + (i + 0.5) * width
-            _box(axis, sample, place, width, i)
-    size = 8.0 if len(grounds) <= 4 else 6.5
-    axis.set_xticks(range(len(grounds)), [_two_lines(name) for name in grounds], fontsize=size)
+            kept = Sample(values=np.clip(sample.values, low, high), fell=sample.fell)
+            _box(axis, kept, place, width, i, points)
+    size, letters = (8.0, 12) if len(grounds) <= 4 else (7.0, 46 // len(grounds))
+    names = [wrapped(name, max(letters, 7)) for name in grounds]
+    axis.set_xticks(range(len(grounds)), names, fontsize=size)
     axis.set_xlim(-0.5, len(grounds) - 0.5)
     axis.tick_params(axis="x", length=0)
     axis.set_title(panel.label)
     axis.grid(axis="y", color="#E4E4E4", linewidth=0.6)
 
 
-def _two_lines(name: str) -> str:
-    return wrapped(name, 12)
+def _reach(panel: Panel) -> tuple[float, float]:
+    """Lowest and highest value drawn, so that one far off does not flatten the boxes."""
+    samples = [s.values for grounds in panel.samples.values() for s in grounds.values()]
+    ends = np.concatenate([np.percentile(values, WHISKERS) for values in samples if len(values)])
+    low, high = float(ends.min()), float(ends.max())
+    return low - BEYOND * (high - low), high + BEYOND * (high - low)
 
 
-def _box(axis: Axes, sample: Sample, place: float, width: float, variant: int) -> None:
+def _box(
+    axis: Axes, sample: Sample, place: float, width: float, variant: int, points: bool
+) -> None:
     n = len(sample.values)
     if n == 0:
         high = axis.get_xaxis_transform()
@@ -101,7 +124,7 @@ def _box(axis: Axes, sample: Sample, place: float, width: float, variant: int) -
         [sample.values],
         positions=[place],
         widths=0.72 * width,
-        whis=(5, 95),
+        whis=WHISKERS,
         showfliers=False,
         patch_artist=True,
         manage_ticks=False,
@@ -110,7 +133,7 @@ def _box(axis: Axes, sample: Sample, place: float, width: float, variant: int) -
     )
     hatch = HATCHES[variant % len(HATCHES)]
     box["boxes"][0].set(facecolor=PAPER, edgecolor=CYCLE[variant % len(CYCLE)], hatch=hatch)
-    if n <= MOST_POINTS:
+    if points:
         _points(axis, sample, place, width)
 
 
@@ -153,8 +176,8 @@ def _down() -> Line2D:
     )
 
 
-def _keys(variants: Sequence[str]) -> list[Patch | Line2D]:
-    keys: list[Patch | Line2D] = []
+def _keys(variants: Sequence[str]) -> list[Patch]:
+    keys: list[Patch] = []
     if len(variants) > 1:
         keys = [
             Patch(
@@ -165,4 +188,4 @@ def _keys(variants: Sequence[str]) -> list[Patch | Line2D]:
             )
             for i, label in enumerate(variants)
         ]
-    return [*keys, _up(), _down()]
+    return keys
