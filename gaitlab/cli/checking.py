@@ -42,7 +42,8 @@ def check_winner(
     from gaitlab.cli.progress import progress
     from gaitlab.optimize.validation import running, validate
 
-    _say_effort(history, store, jobs, around)
+    if not quiet:
+        _say_effort(history, store, jobs, around)
     run = running(store, jobs, progress(quiet=quiet))
     with other_output_on_stderr():
         found = validate(history, store, run, around=around)
