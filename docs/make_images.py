@@ -1,4 +1,4 @@
-"""The pictures of the README, drawn from a simulated walk.
+"""The pictures and films of the README, drawn from simulated walks.
 
 python docs/make_images.py
 """
@@ -12,6 +12,7 @@ import numpy as np
 from gaitlab.experiment import load_experiment
 from gaitlab.picture.robot import stance_at
 from gaitlab.plan import plan
+from gaitlab.replay import Recorded, cut_of, write_replay
 from gaitlab.report.figure_style import save
 from gaitlab.report.picture import portrait
 from gaitlab.simulate import simulate
@@ -20,7 +21,29 @@ FOLDER = Path(__file__).parent / "images"
 SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[0]"]
 
 
+FILMS = {  # what is simulated, and the piece of it that is shown, in [s]
+    "walk": (["surfaces=[grass_30mm]", "grid={gait.step_length: [0.04]}", "seeds=[1]"], 3.0, 5.0),
+    "fall": (["surfaces=[grass_50mm]", "grid={gait.step_length: [0.04]}", "seeds=[2]"], 1.3, None),
+}
+SIZE = (440, 340)  # pixels
+
+
 def main() -> None:
+    """Draw everything."""
+    draw_portrait()
+    for name, (settings, begin, end) in FILMS.items():
+        draw_film(name, settings, begin, end)
+
+
+def draw_film(name: str, settings: list[str], begin: float, end: float | None) -> None:
+    """A piece of a walk, as `gaitlab replay` shows it."""
+    trial = next(iter(plan(load_experiment("eros_table7", settings)).trials())).trial
+    log = simulate(trial)
+    cut = cut_of([log], begin=begin, end=end, fps=20.0)
+    write_replay([Recorded(trial.id, trial, log)], FOLDER / f"{name}.gif", cut, size=SIZE)
+
+
+def draw_portrait() -> None:
     """EROS in mid-swing on 30 mm grass, at the instant in which its trunk is most upright."""
     trial = next(iter(plan(load_experiment("eros_table7", SETTINGS)).trials())).trial
     log = simulate(trial)

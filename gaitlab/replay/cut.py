@@ -12,7 +12,7 @@ from gaitlab.errors import UsageError
 from gaitlab.log import TrialLog
 from gaitlab.replay.take import span_of
 
-HOLD = 1.0  # s of film in which the last picture stands still
+HOLD = 1.0  # s of film in which the last picture of a recording stands still
 FASTEST = 240.0  # frames/s
 MOST_FRAMES = 20000
 
@@ -26,12 +26,14 @@ class Cut:
         end: Last instant, in [s].
         fps: Frames in a second of film, in [1/s].
         speed: Seconds of walking in a second of film.
+        hold: How long the last picture stands still, in [s] of film.
     """
 
     begin: float
     end: float
     fps: float = 25.0
     speed: float = 1.0
+    hold: float = HOLD
 
     @property
     def instants(self) -> np.ndarray:
@@ -44,7 +46,7 @@ class Cut:
     @property
     def held(self) -> int:
         """How many frames more the last picture is shown."""
-        return round(HOLD * self.fps)
+        return round(self.hold * self.fps)
 
     @property
     def duration(self) -> float:
@@ -80,7 +82,8 @@ def cut_of(
             f"--from {begin:g} --to {end:g}: nothing was recorded in between; the recording is "
             f"from {first:.2f} to {last:.2f} s, 0 is when walking at full amplitude begins"
         )
-    cut = Cut(begin=max(begin, first), end=min(end, last), fps=fps, speed=speed)
+    hold = HOLD if end >= last else 0.0  # a piece out of the middle may loop
+    cut = Cut(begin=max(begin, first), end=min(end, last), fps=fps, speed=speed, hold=hold)
     if (cut.end - cut.begin) * fps / speed > MOST_FRAMES:
         raise UsageError(
             f"more than {MOST_FRAMES} frames; shorten --from to --to, lower --fps or raise --speed"

@@ -23,10 +23,11 @@ from gaitlab.replay.lens import Lens
 from gaitlab.replay.raster import Triangles
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
-THATCH = "#42562A"  # what shows between the blades
+THATCH = "#4A7530"  # what shows between the blades
 TILE = 0.1  # m, what is light and dark in turns along the board
 DARKER = 0.86  # brightness of every second tile
 BOARD = 0.05  # thickness of the board over the width of the lane
+WIDER = 0.58  # power of the thinning by which blades widen; 1 would cover as much ground
 BEND = np.array([0.0, 0.55, 1.0])  # where along a blade its drawn joints are
 TIP = np.array([1.0, 0.75, 0.0])  # width of a blade there
 PIECE_LIGHT = np.array([0.66, 0.66, 1.0])  # the lower piece of a blade stands in the shade
@@ -97,7 +98,7 @@ def _roots(
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     roots = grid + generator.uniform(-0.7, 0.7, grid.shape) * step
     roots[:, 1] = np.clip(roots[:, 1], *patch.y)
-    return roots[np.argsort(roots[:, 0], kind="stable")], width * np.sqrt(thinner)
+    return roots[np.argsort(roots[:, 0], kind="stable")], width * thinner**WIDER
 
 
 def _leans(surface: Surface, generator: np.random.Generator, n: int) -> np.ndarray:

@@ -1,0 +1,56 @@
+"""What ten seconds of walking on 50 mm grass cost as a film of 25 frames a second.
+
+python benchmarks/replay.py
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import tempfile
+import time
+from pathlib import Path
+
+from gaitlab.experiment import load_experiment
+from gaitlab.plan import plan
+from gaitlab.replay import Cut, Recorded, cut_of, write_replay
+from gaitlab.simulate import simulate
+
+SETTINGS = [
+    "surfaces=[grass_50mm]",
+    "grid={gait.step_length: [0.0]}",
+    "seeds=[2]",
+    "horizon.cycles=10",
+]
+JOBS = 2
+
+
+def main() -> None:
+    trial = next(iter(plan(load_experiment("eros_table7", SETTINGS)).trials())).trial
+    shown = Recorded(trial.id, trial, simulate(trial))
+    cut = cut_of([shown.log], begin=0.0, end=10.0, fps=25.0)
+    print(f"{cut.end - cut.begin:.1f} s of walking, {len(cut.instants)} frames, {JOBS} processes")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("walk.mp4", "walk.gif"):
+            measure(shown, Path(folder) / name, cut)
+
+
+def measure(shown: Recorded, path: Path, cut: Cut) -> None:
+    before, started = processor_time(), time.perf_counter()
+    written = write_replay([shown], path, cut, jobs=JOBS)
+    wall, busy = time.perf_counter() - started, processor_time() - before
+    print(
+        f"{path.suffix[1:]}: {wall:.1f} s wall, {busy:.1f} s of processor, "
+        f"{1000 * busy / written.pictures:.0f} ms a frame, {written.size / 1e6:.1f} MB; "
+        f"load of the machine {os.getloadavg()[0]:.1f}"
+    )
+
+
+def processor_time() -> float:
+    """Of this process and its children, in [s]."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(usage.ru_utime + usage.ru_stime for usage in used)
+
+
+if __name__ == "__main__":
+    main()
