@@ -389,7 +389,7 @@ def test_a_catalogue_tells_studies_and_shows_what_they_search(capsys) -> None:
     assert not re.search(r"eros_quick +study:", listed)
     assert run_command_line(["show", "eros_robust"]) == 0
     shown = capsys.readouterr().out
-    assert "objective: maximize distance_before_fall (seeds mean, surfaces worst)" in shown
+    assert "distance_before_fall (seeds mean, surfaces mean of the worst 50 %)" in shown
     assert re.search(r"gait.heel_gain +0.1 to 0.8, by ratio +gait.heel_strike = add", shown)
 
 
