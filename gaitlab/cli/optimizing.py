@@ -138,7 +138,7 @@ def optimize(
         return INTERRUPTED
     if as_json:
         say(result_json(found))
-    elif not going and found.ending != "stopped":
+    elif not going and found.ending not in ("stopped", "elsewhere"):
         tell(f"Go on: gaitlab optimize {again}")
     return 0 if going or found.ending == "elsewhere" else INTERRUPTED
 

@@ -11,6 +11,7 @@ from gaitlab.errors import UnknownName, UsageError
 from gaitlab.experiment import Experiment, Value
 from gaitlab.optimize.validation import (
     Validation,
+    chosen_of,
     fresh_seeds,
     random_sibling,
     rerun,
@@ -84,7 +85,7 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
     """
     past = history(experiment, store, storage)
     checked = validate(past, store, _nothing)
-    index = store.index()
+    chance, index = _chance(experiment, store, storage), store.index()
     walked = {trial_id for candidate in past.candidates for trial_id in candidate.trial_ids}
     return Findings(
         experiment=experiment,
@@ -97,8 +98,9 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         planned=past.planned,
         wall=_wall(walked, index, store),
         defaults={item.path: _default(experiment, item.path) for item in past.study.search},
-        reruns=tuple(_reruns(checked, experiment, store, storage)),
+        reruns=tuple(_reruns(checked, chance, store)),
         margins=checked.margins if checked else None,
+        drawn=len(chance.candidates) if chance is not None else 0,
         called=called(experiment),
         facts=_facts(past, index),
         commands=_commands(experiment, store, storage),
@@ -131,23 +133,22 @@ def _wall(walked: set[str], index: Index, store: Store) -> float:
     return sum(float(time) for time in times if isinstance(time, (int, float)))
 
 
-def _reruns(
-    checked: Validation | None, experiment: Experiment, store: Store, storage: str | None
-) -> Iterator[Rerun]:
+def _reruns(checked: Validation | None, chance: History | None, store: Store) -> Iterator[Rerun]:
     """What was walked on fresh seeds, so far as any of it was."""
     found = [*(checked.reruns if checked else ())]
-    with suppress(UnknownName):
-        found += _random(random_sibling(experiment), store, storage)
+    chosen = chosen_of(chance) if chance is not None else None
+    if chance is not None and chosen is not None:
+        found.append(rerun(RANDOM, winner_experiment(chance, chosen), store.index()))
     for one in found:
         if one.label == DEFAULT or any(walk.state != "MISSING" for walk in one.walks):
             yield one
 
 
-def _random(sibling: Experiment, store: Store, storage: str | None) -> list[Rerun]:
-    past = history(sibling, store, storage)
-    if past.best is None:
-        return []
-    return [rerun(RANDOM, winner_experiment(past, past.best), store.index())]
+def _chance(experiment: Experiment, store: Store, storage: str | None) -> History | None:
+    """The search at random with the same budget, if there was one."""
+    with suppress(UnknownName):
+        return history(random_sibling(experiment), store, storage)
+    return None
 
 
 def _facts(past: History, index: Index) -> dict[str, str]:

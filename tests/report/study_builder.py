@@ -203,6 +203,7 @@ def toy_findings(objectives: tuple[Objective, ...] = (SPEED,), baseline: bool = 
         defaults={item.path: experiment.parts.base_values(item.path)[0] for item in SEARCH},
         reruns=tuple(reruns),
         margins=toy_margins(),
+        drawn=40 if baseline else 0,
         called="toy_study",
         facts={"study": "digest `abc`", "sampler": "tpe"},
         commands=["gaitlab optimize toy_study", "gaitlab report toy_study"],

@@ -186,6 +186,7 @@ class Findings:
         defaults: Value of each searched parameter before the search; None if there is no single.
         reruns: What was walked on fresh seeds: the winner, the default, the best of random search.
         margins: Stability around the winner; None if it was not walked.
+        drawn: Candidates of the search at random with the same budget; 0 if there was none.
         called: What the command line calls the study.
         facts: Name and Markdown text of where everything comes from.
         commands: What walks everything, and what makes the page again.
@@ -203,6 +204,7 @@ class Findings:
     defaults: Mapping[str, Value | None]
     reruns: tuple[Rerun, ...] = ()
     margins: Margins | None = None
+    drawn: int = 0
     called: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
     commands: Sequence[str] = ()

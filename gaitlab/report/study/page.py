@@ -75,7 +75,7 @@ def _found(findings: Findings, folder: Path) -> list[str]:
 
 
 def _missing_baseline(findings: Findings) -> str:
-    if len(findings.reruns) == 3:
+    if findings.drawn:
         return ""
     command = fenced(random_command(findings), "sh")
     return f"Against random search with the same budget, once this has run:\n\n{command}"

@@ -166,7 +166,23 @@ def _cannot_tell(findings: Findings) -> Iterator[str]:
                 f"{code(item.path)} lies at the {edge} edge of its range; a wider range might "
                 "hold a better gait."
             )
-    if findings.rerun(RANDOM) is None:
+    yield from _chance(findings)
+
+
+def _chance(findings: Findings) -> Iterator[str]:
+    """What is known of whether the sampler did better than drawing at random."""
+    if findings.rerun(RANDOM) is not None:
+        yield (
+            f"Random search tried {plural(findings.drawn, 'candidate')}, this one "
+            f"{len(findings.candidates)}; one search of each does not show which is better as a "
+            "rule."
+        )
+    elif findings.drawn:
+        yield (
+            f"Random search with {plural(findings.drawn, 'candidate')} found none that walks with "
+            "all seeds and breaks no constraint."
+        )
+    else:
         yield (
             "Whether the sampler did better than chance is not known: nothing was drawn at "
             f"random with the same budget yet ({code(random_command(findings))})."
