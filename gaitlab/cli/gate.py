@@ -53,7 +53,8 @@ def check(
 ) -> int:
     """Walk an experiment and compare with a baseline: exit 0 as good, 5 worse, 6 cannot tell.
 
-    Trials that this code has simulated already are not simulated again.
+    Trials that this very code has simulated are not simulated again; those of other code are, and
+    replaced.
 
     \b
     Example:
