@@ -55,14 +55,13 @@ def check_winner(
 
 
 def _say_effort(history: History, store: Store, jobs: int, around: bool) -> None:
-    from gaitlab.optimize.validation import chosen_of, effort
+    from gaitlab.optimize.validation import chosen_of, effort, validate
 
     chosen = chosen_of(history)
-    if chosen is None:
+    known = validate(history, store, lambda experiment: False, around=around)
+    if chosen is None or known is None or not known.stopped:
         return
     needed = effort(history, chosen, store, jobs, around=around)
-    if not needed.walks:
-        return
     walked = "on fresh seeds, on every ground" + (" and around its values" if around else "")
     tell(
         f"Checking candidate {chosen.number} {walked}: up to {plural(needed.walks, 'trial')}, "
