@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
 from optuna.exceptions import StorageInternalError
 from optuna.storages import RDBStorage
 from sqlalchemy import URL, make_url
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
 from gaitlab.errors import StoreError
@@ -19,6 +20,7 @@ from gaitlab.store import Store
 
 PATIENCE = 60.0  # s to wait while another program, a dashboard for instance, reads the file
 CONNECT_TIME = 10  # s to wait for a server
+MAKERS, PAUSE = 4, 1.0  # attempts to make the tables of a new database, s between two
 FOLDER, FILE = "studies", "study.db"  # of a store
 DRIVERS = {  # modules of each kind of server, of which the first that is installed is taken
     "postgresql": ("psycopg", "psycopg2"),
@@ -58,11 +60,19 @@ def server_storage(address: str) -> RDBStorage:
     """
     with understood(shown(address)):
         url = _with_driver(make_url(address))
-        waiting = {"connect_timeout": CONNECT_TIME} if url.get_backend_name() in DRIVERS else {}
-        return RDBStorage(
-            url.render_as_string(hide_password=False),
-            engine_kwargs={"connect_args": waiting, "pool_pre_ping": True},
-        )
+        for _ in range(MAKERS - 1):
+            with suppress(IntegrityError, ProgrammingError):
+                return _connected(url)
+            time.sleep(PAUSE)  # another coordinator was making the same tables
+        return _connected(url)
+
+
+def _connected(url: URL) -> RDBStorage:
+    waiting = {"connect_timeout": CONNECT_TIME} if url.get_backend_name() in DRIVERS else {}
+    return RDBStorage(
+        url.render_as_string(hide_password=False),
+        engine_kwargs={"connect_args": waiting, "pool_pre_ping": True},
+    )
 
 
 def _with_driver(url: URL) -> URL:
