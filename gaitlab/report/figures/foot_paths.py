@@ -98,7 +98,7 @@ def foot_figure(walks: Sequence[Walk]) -> Figure:
             column[1].set_xlabel("forward of the start [m]")
         for axis in axes[:, 0]:
             axis.set_ylabel("height [m]")
-            axis.set_ylim(*_heights(paths, max(w.log.header.pile_height for w in walks)))
+            axis.set_ylim(*_heights(paths, walks))
         figure.legend(handles=_keys(walks), loc="outside lower center", ncols=6, fontsize=7.5)
     return figure
 
@@ -108,10 +108,13 @@ def _span(both: Sequence[Paths]) -> float:
     return float(np.ptp(np.concatenate([point[:, 0] for foot in both for point in foot])))
 
 
-def _heights(paths: Sequence[Sequence[Paths]], pile: float) -> tuple[float, float]:
+def _heights(paths: Sequence[Sequence[Paths]], walks: Sequence[Walk]) -> tuple[float, float]:
+    """Lowest and highest point shown, in [m]; what kicks up in a fall leaves the picture."""
     top = max(point[:, 1].max() for both in paths for foot in both for point in foot)
     bottom = min(point[:, 1].min() for both in paths for foot in both for point in foot)
-    return min(-0.008, float(bottom) - 0.004), min(float(top) + 0.012, pile + HIGHEST)
+    if any(walk.log.fall_index is not None for walk in walks):
+        top = min(top, max(walk.log.header.pile_height for walk in walks) + HIGHEST)
+    return min(-0.008, float(bottom) - 0.004), float(top) + 0.012
 
 
 def _left_edge(both: Sequence[Paths], width: float) -> float:
