@@ -70,7 +70,7 @@ def _against(results: Results, first: Variant, second: Variant) -> str:
         _sentence(runs, table[0], said[0], first, second),
         whole_table((first.label, second.label), table, said[: len(table)]),
         surface_table(list(parts), columns, said[len(table) :]) if parts else "",
-        cell_grid(results, first, second),
+        cell_grid(results, runs),
     ]
     return "\n\n".join(block for block in blocks if block)
 

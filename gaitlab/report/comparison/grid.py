@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from gaitlab.report.cells import row_text
-from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.comparison.matching import Matched
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import ONE_ROW, Results
-from gaitlab.report.variants import Value, Variant
 from gaitlab.report.words import NOTHING, column_text, path_text
 from gaitlab.statistics import holm, mcnemar, stratified_exact
 
@@ -16,15 +15,9 @@ Stable runs more (+) or fewer (-) than the first, of the seeds compared; bold wh
 tells (Holm over the cells in which enough runs differ to tell anything, after Tarone, 1990)."""
 
 
-def cell_grid(results: Results, first: Variant, second: Variant) -> str:
+def cell_grid(results: Results, runs: Matched) -> str:
     """Table over rows and columns; empty when there is a single cell, or none differs."""
-    runs = matched(results, first, second)
-    places = {
-        (row, column): part
-        for row in results.row_values
-        for column in results.column_values
-        if (part := _at(runs, results, row, column)).n
-    }
+    places = {(k[0], k[1]): part for k, part in runs.parts([results.rows, results.columns]).items()}
     gaps = {place: _gap(part) for place, part in places.items()}
     if len(places) < 2 or not any(gaps.values()):
         return ""
@@ -42,11 +35,7 @@ def cell_grid(results: Results, first: Variant, second: Variant) -> str:
     return f"{table([head, *titles], rows, 'r')}\n\n{NOTE}"
 
 
-Place = tuple[Value, Value]
-
-
-def _at(runs: Matched, results: Results, row: Value, column: Value) -> Matched:
-    return runs.only(results.rows, row).only(results.columns, column)
+Place = tuple[object, object]
 
 
 def _gap(part: Matched) -> float:

@@ -50,6 +50,19 @@ class Matched:
         first, second = (side.reset_index(drop=True) for side in sides)
         return Matched(paired=self.paired, first=first, second=second, unshared=0)
 
+    def parts(self, columns: Sequence[str]) -> dict[tuple[object, ...], Matched]:
+        """The runs by the values of these columns, no more of each than its outcome."""
+        kept = list(dict.fromkeys(("cell", "stable", *columns)))
+        sides = [
+            {key: part.reset_index(drop=True) for key, part in side[kept].groupby(list(columns))}
+            for side in (self.first, self.second)
+        ]
+        return {
+            key: Matched(paired=self.paired, first=first, second=sides[1][key], unshared=0)
+            for key, first in sides[0].items()
+            if key in sides[1]
+        }
+
     def flags(self) -> tuple[np.ndarray, np.ndarray]:
         """Whether each run was stable. Shapes (runs,)."""
         return truth(self.first["stable"]), truth(self.second["stable"])
