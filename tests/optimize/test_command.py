@@ -61,7 +61,7 @@ def test_the_same_command_again_only_reads(store: str, capsys: pytest.CaptureFix
     assert optimize(store, *SHORT) == 0
     again = capsys.readouterr().out
     assert "0 trials walked" in again
-    assert again.partition("trials walked")[0][:-3] == first.partition("trials walked")[0][:-3]
+    assert again.partition("0 trials walked")[0] == first.partition("32 trials walked")[0]
 
 
 def test_json_is_one_object(store: str, capsys: pytest.CaptureFixture[str]) -> None:

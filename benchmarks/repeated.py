@@ -1,0 +1,84 @@
+"""Small searches repeated with other seeds, and their winners judged on seeds none of them saw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import nan
+from pathlib import Path
+
+from gaitlab.dispatch import dispatch
+from gaitlab.experiment import Experiment, candidate, load_experiment
+from gaitlab.objectives import Outcome, score
+from gaitlab.optimize.search import optimize
+from gaitlab.optimize.tally import Searched
+from gaitlab.plan import plan
+from gaitlab.statistics import mean_interval
+from gaitlab.store import Store
+from gaitlab.study import History
+
+FRESH = range(2_000_000, 2_000_020)  # seeds
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """One search.
+
+    Attributes:
+        used: Simulated time of its candidates, in [s].
+        searched: Objective of the winner in the search; NaN without one.
+        fresh: The same on fresh seeds.
+        rate: Simulated seconds per second of wall time; 0 if nothing was walked.
+    """
+
+    used: float
+    searched: float
+    fresh: float
+    rate: float
+
+
+def searched(study: str, settings: Sequence[str], store: Store, jobs: int) -> Result:
+    """A search, gone on with if it was begun, and its winner on fresh seeds."""
+    experiment = load_experiment(study, settings)
+    found: Searched = optimize(experiment, store, jobs=jobs)
+    history = found.tally.history
+    best = history.best
+    return Result(
+        used=history.used,
+        searched=nan if best is None else best.objectives[0],
+        fresh=_fresh(history, store, jobs),
+        rate=found.tally.rate,
+    )
+
+
+def _fresh(history: History, store: Store, jobs: int) -> float:
+    if history.best is None:
+        return nan
+    name = f"{history.experiment.name}-fresh"
+    again = replace(history.experiment, name=name, seeds=FRESH)
+    winner: Experiment = candidate(again, history.best.values)
+    dispatch(winner, store, jobs=jobs)
+    entries = store.index().entries
+    outcomes = [
+        Outcome(
+            surface=str(item.values["surface"]),
+            seed=item.trial.seed,
+            state=entries[item.trial.id].state,
+            metrics=entries[item.trial.id].details.metrics,
+        )
+        for item in plan(winner).trials()
+    ]
+    return score(history.study.objectives[0], outcomes)
+
+
+def difference(one: Sequence[float], other: Sequence[float]) -> str:
+    """Mean of the differences of the repeats with its 95 % interval."""
+    pairs = [a - b for a, b in zip(one, other, strict=True)]
+    low, high = mean_interval(pairs)
+    return f"{sum(pairs) / len(pairs):+.4f} [{low:+.4f}, {high:+.4f}], n = {len(pairs)}"
+
+
+def opened(folder: Path) -> Store:
+    """The store of a benchmark: what was walked is not walked again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return Store(folder)
