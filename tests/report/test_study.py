@@ -12,18 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitlab.experiment.study import Numbers
+from gaitlab.report.study.crossings import crossings
 from gaitlab.report.study.findings import DEFAULT, RANDOM, WINNER, Findings, Rerun
 from gaitlab.report.study.fresh import gain, optimism, score, verdict
 from gaitlab.report.study.page import write_study_page
+from gaitlab.report.study.search_tables import near_misses
 from gaitlab.report.study.sentences import sentences
 from gaitlab.report.study.tables import (
     constraints_table,
-    crossings,
     edge_of,
     fresh_table,
     gains_table,
     margins_table,
-    near_misses,
     winner_table,
 )
 from gaitlab.report.study.together import rows_of, write_pages_together

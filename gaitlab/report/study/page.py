@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import escape, fenced, image, section
 from gaitlab.report.provenance import facts_table
-from gaitlab.report.study import robustness_figures, search_figures, tables
+from gaitlab.report.study import robustness_figures, search_figures, search_tables, tables
+from gaitlab.report.study.crossings import Crossing, crossings, crossings_table
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import RESAMPLES
 from gaitlab.report.study.sentences import random_command, sentences
-from gaitlab.report.study.tables import Crossing
 from gaitlab.report.study.words import objective_axis, objective_text
 
 HOW_TO_READ = (
@@ -84,11 +84,11 @@ def _missing_baseline(findings: Findings) -> str:
 def _nothing_found(findings: Findings) -> list[str]:
     if not findings.candidates:
         return []
-    return [section("The nearest misses", tables.near_misses_table(findings))]
+    return [section("The nearest misses", search_tables.near_misses_table(findings))]
 
 
 def _crossings(findings: Findings, folder: Path) -> str:
-    rows = tables.crossings(findings)
+    rows = crossings(findings)
     if not rows:
         return ""
     return crossings_section(rows, objective_axis(findings.study.objectives[0]), folder)
@@ -103,9 +103,7 @@ def crossings_section(rows: dict[str, dict[str, Crossing]], units: str, folder: 
         "Stable share of each gait on each ground; a frame marks the grounds it was tuned on",
     )
     note = "Every row walked with the same fresh seeds. Bold or framed: the ground it was tuned on."
-    return section(
-        "Tuned on one ground, run on another", note, picture, tables.crossings_table(rows)
-    )
+    return section("Tuned on one ground, run on another", note, picture, crossings_table(rows))
 
 
 def _margins(findings: Findings, folder: Path) -> str:
@@ -140,7 +138,7 @@ def _front(findings: Findings, folder: Path) -> str:
     alt = "Objectives of all candidates against each other, the Pareto front joined"
     picture = _figure(search_figures.front(findings), folder, "front", alt)
     note = "No candidate of the front is beaten by another in every objective."
-    return section("Pareto front", note, picture, tables.front_table(findings))
+    return section("Pareto front", note, picture, search_tables.front_table(findings))
 
 
 def _search(findings: Findings, folder: Path) -> str:
@@ -170,7 +168,7 @@ def _search(findings: Findings, folder: Path) -> str:
         "stands at what its first seeds gave."
     )
     return section(
-        "The search", note, *pictures, tables.search_table(findings), _throughput(findings)
+        "The search", note, *pictures, search_tables.search_table(findings), _throughput(findings)
     )
 
 

@@ -24,8 +24,8 @@ from gaitlab.report.figure_style import (
     new_figure,
     style,
 )
+from gaitlab.report.study.crossings import Crossing
 from gaitlab.report.study.findings import Findings, Margin, Reach
-from gaitlab.report.study.tables import Crossing
 from gaitlab.report.study.words import metric_text, number, short_paths
 from gaitlab.report.words import surface_text
 

@@ -9,7 +9,8 @@ from gaitlab.experiment.study import Numbers
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.study.findings import DEFAULT, RANDOM, WINNER, Findings, Margin, Rerun
 from gaitlab.report.study.fresh import Score, gain, optimism, score, stable_of, verdict
-from gaitlab.report.study.tables import edge_of, near_misses, saving_text, share_moved
+from gaitlab.report.study.search_tables import near_misses, saving_text
+from gaitlab.report.study.tables import edge_of, share_moved
 from gaitlab.report.study.words import (
     constraint_text,
     interval,

@@ -1,10 +1,9 @@
-"""The tables of a study's page."""
+"""The tables of what a study found: the winner, its proof on fresh seeds, its margins."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from gaitlab.experiment import Value
 from gaitlab.experiment.study import Choices, Numbers
@@ -13,7 +12,6 @@ from gaitlab.report.study.findings import (
     DEFAULT,
     RANDOM,
     WINNER,
-    Candidate,
     Findings,
     Margin,
     Reach,
@@ -32,80 +30,10 @@ from gaitlab.report.study.words import (
     range_text,
     value,
 )
-from gaitlab.report.words import share, surface_text
+from gaitlab.report.words import share
 from gaitlab.statistics import wilson
 
 AT_THE_EDGE = 0.02  # of the range; a winner so near its end may want more of it
-NEAREST = 5  # candidates that nearly fulfilled the constraints
-SHOWN_FRONT = 12  # candidates of a Pareto front
-
-
-@dataclass(frozen=True, kw_only=True)
-class Crossing:
-    """A gait tuned somewhere and run on one ground.
-
-    Attributes:
-        stable: Seeds on their feet to the horizon.
-        n: Seeds with a result.
-        objective: The first objective on this ground alone; NaN if it is not defined there.
-        tuned: Whether this is a ground that it was tuned on.
-    """
-
-    stable: int
-    n: int
-    objective: float
-    tuned: bool
-
-
-def crossings(findings: Findings) -> dict[str, dict[str, Crossing]]:
-    """The walked combinations by label and ground; only those that have any result."""
-    rows = {}
-    for rerun in findings.reruns:
-        cells = {ground: _crossing(findings, rerun, ground) for ground in _grounds(rerun)}
-        if any(cell.n for cell in cells.values()):
-            rows[_row_label(findings, rerun)] = cells
-    return rows
-
-
-def _row_label(findings: Findings, rerun: Rerun) -> str:
-    grounds = " + ".join(surface_text(name) for name in findings.grounds)
-    if rerun.label == WINNER:
-        return f"{grounds}, {findings.experiment.name}"
-    if rerun.label == RANDOM:
-        return f"{grounds}, random search"
-    return "nothing, hand-set default"
-
-
-def _grounds(rerun: Rerun) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(walk.surface for walk in rerun.walks))
-
-
-def _crossing(findings: Findings, rerun: Rerun, ground: str) -> Crossing:
-    walks = rerun.on([ground])
-    found = score(findings.study, walks, 0).value if walks else math.nan
-    return Crossing(
-        stable=sum(walk.up for walk in walks),
-        n=len(walks),
-        objective=found,
-        tuned=rerun.label != DEFAULT and ground in findings.grounds,
-    )
-
-
-def crossings_table(rows: dict[str, dict[str, Crossing]]) -> str:
-    """The same as a table, shares with n and interval; where it was tuned in bold."""
-    grounds = list(dict.fromkeys(ground for row in rows.values() for ground in row))
-    body = [
-        [escape(label), *(_crossing_text(row.get(ground)) for ground in grounds)]
-        for label, row in rows.items()
-    ]
-    return table(["tuned on", *(escape(surface_text(name)) for name in grounds)], body, "l")
-
-
-def _crossing_text(cell: Crossing | None) -> str:
-    if cell is None or not cell.n:
-        return UNKNOWN
-    text = share(cell.stable, cell.n, wilson(cell.stable, cell.n))
-    return f"**{text}**" if cell.tuned else text
 
 
 def winner_table(findings: Findings) -> str:
@@ -279,75 +207,3 @@ def switches_table(findings: Findings) -> str:
         for option, holds in switch.holds.items()
     ]
     return table(["choice", "winner", "instead", ""], rows, "lccc") if rows else ""
-
-
-def front_table(findings: Findings) -> str:
-    """The candidates of the Pareto front with their values."""
-    if len(findings.study.objectives) < 2 or not findings.front:
-        return ""
-    ordered = sorted(findings.front, key=lambda candidate: candidate.objectives)
-    return _candidates_table(findings, ordered[:: max(1, len(ordered) // SHOWN_FRONT)])
-
-
-def near_misses(findings: Findings) -> list[Candidate]:
-    """Candidates that walked, the least broken first; those that cannot be walked last."""
-    order = sorted(
-        findings.candidates, key=lambda c: (c.state == "infeasible", _broken(c), c.number)
-    )
-    return order[:NEAREST]
-
-
-def _broken(candidate: Candidate) -> float:
-    return sum(max(0.0, found) for found in candidate.violations if math.isfinite(found))
-
-
-def near_misses_table(findings: Findings) -> str:
-    """The nearest misses with how far they break the constraints."""
-    return _candidates_table(findings, near_misses(findings))
-
-
-def _candidates_table(findings: Findings, chosen: Sequence[Candidate]) -> str:
-    search, study = findings.study.search, findings.study
-    head = [
-        "candidate",
-        *(escape(f"{metric_text(o.metric)}{_unit(o.metric)}") for o in study.objectives),
-        *(["broken by"] if study.constraints else []),
-        *(code(item.path) for item in search),
-    ]
-    rows = [
-        [
-            f"{c.number}",
-            *(number(found) for found in _objectives(c, len(study.objectives))),
-            *([number(_broken(c))] if study.constraints else []),
-            *(escape(value(c.values.get(item.path))) for item in search),
-        ]
-        for c in chosen
-    ]
-    return table(head, rows, "r" * len(head))
-
-
-def _objectives(candidate: Candidate, count: int) -> list[float]:
-    return [*map(float, candidate.objectives), *[math.nan] * count][:count]
-
-
-def search_table(findings: Findings) -> str:
-    """How the search went: candidates by how they ended, and what racing saved."""
-    states = [candidate.state for candidate in findings.candidates]
-    rows = [
-        ["candidates", str(len(states))],
-        ["walked with all seeds", str(states.count("done"))],
-        ["given up early", str(states.count("pruned"))],
-        ["cannot be walked", str(states.count("infeasible"))],
-        ["simulated", f"{number(findings.used)} s of {number(findings.planned)} s"],
-        ["saved by racing", saving_text(findings)],
-    ]
-    return table(["", ""], rows, "lr")
-
-
-def saving_text(findings: Findings) -> str:
-    """Share of the simulated time that giving up early saved."""
-    if findings.study.racing is None:
-        return "racing was off"
-    if not findings.planned:
-        return UNKNOWN
-    return f"{1.0 - findings.used / findings.planned:.0%} of the simulated time"
