@@ -25,6 +25,7 @@ from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.plugins import locate
 from gaitlab.regression import Baseline, Outcome, compared, record
+from gaitlab.regression.baseline import Walk
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity
 from gaitlab.statistics import wilson
 from gaitlab.store import Store
@@ -71,18 +72,26 @@ def walked(experiment: Experiment, store: Store, jobs: int) -> Baseline:
 
 
 def nights(pool: Baseline, count: int, *, paired: bool) -> Iterator[tuple[Baseline, Baseline]]:
-    """Baseline and tonight, each with half of the seeds; paired ones as if the seeds were equal."""
+    """Baseline and tonight, each with half of the seeds.
+
+    Paired, a walk of tonight counts as the partner of one of the baseline, drawn anew in every
+    cell: equal seeds whose course chance has changed. Unpaired, a seed goes to one side with all
+    its cells, because it draws the same servos in each.
+    """
     rng = np.random.default_rng(20)
+    seeds = sorted({walk.seed for walk in pool.walks})
+    half = len(seeds) // 2
     for _ in range(count):
-        halves: tuple[list, list] = ([], [])
+        halves: tuple[list[Walk], list[Walk]] = ([], [])
+        order = rng.permutation(seeds).tolist()
         for walks in pool.cells.values():
-            order = rng.permutation(len(walks))
-            half = len(walks) // 2
-            for rank, index in enumerate(order[: 2 * half]):
-                walk = walks[index]
-                seed = rank % half if paired else walk.seed
-                halves[rank // half].append(replace(walk, seed=seed))
-        before, tonight = (replace(pool, walks=tuple(half)) for half in halves)
+            if paired:
+                order = rng.permutation(seeds).tolist()
+            place = {seed: divmod(rank, half) for rank, seed in enumerate(order[: 2 * half])}
+            for walk in (walk for walk in walks if walk.seed in place):
+                side, rank = place[walk.seed]
+                halves[side].append(replace(walk, seed=rank) if paired else walk)
+        before, tonight = (replace(pool, walks=tuple(walks)) for walks in halves)
         yield before, tonight
 
 

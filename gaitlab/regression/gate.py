@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isclose
+from math import ceil, inf, isclose
 from typing import Literal, TypeAlias
 
 from gaitlab.errors import Undecided
@@ -128,10 +128,12 @@ def compared(before: Baseline, tonight: Baseline) -> Outcome:
     if runs.paired and len(pairs) == runs.n and not differing:
         return replace(outcome, mode="exact")
     outcome = replace(outcome, quantities=tested(runs))
-    if not outcome.worse:
+    if not outcome.worse and outcome.quantities[0].detectable > COARSEST:
         _require_seeds(
             [cell.before for cell in runs.cells],
             [min(len(cell.before), len(cell.tonight)) for cell in runs.cells],
+            coarsest=0.0,
+            least=outcome.quantities[0].detectable,
         )
     return outcome
 
@@ -194,9 +196,15 @@ def _surroundings(before: Baseline, tonight: Baseline) -> list[tuple[str, str, s
 
 
 def _require_seeds(
-    cells: Sequence[Sequence[Walk]], sizes: Sequence[int], coarsest: float = COARSEST
+    cells: Sequence[Sequence[Walk]], sizes: Sequence[int], coarsest: float, least: float = 0.0
 ) -> None:
     """Refuse a gate that would not notice a large loss of stability.
+
+    Args:
+        cells: Walks of the baseline, cell by cell.
+        sizes: Walks of each cell that can be compared.
+        coarsest: Smallest drop of the stable share that must show at the latest.
+        least: Smallest drop that was found to show, if it is known.
 
     Raises:
         Undecided: With the seeds a cell that would do.
@@ -207,6 +215,8 @@ def _require_seeds(
     if least_drop(_counts(shares, sizes), tests) <= coarsest:
         return
     needed = _needed(shares, tests)
+    if needed and COARSEST < least < inf:
+        needed = max(needed, ceil(min(sizes) * (least / COARSEST) ** 2))
     seeds = f"{min(sizes)} to {max(sizes)}" if min(sizes) < max(sizes) else str(min(sizes))
     advice = (
         f"some {needed} seeds a cell would do, in the experiment and in the baseline"

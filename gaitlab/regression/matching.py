@@ -65,6 +65,11 @@ class Matched:
         """Stable walks of each cell, tonight and before."""
         return [(_count(cell.tonight), _count(cell.before)) for cell in self.cells]
 
+    def seeds(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Seeds of the values that `values` gives without pairs, in step with them."""
+        found = [(_seeds(c.tonight, metric), _seeds(c.before, metric)) for c in self.cells]
+        return [(tonight, before) for tonight, before in found if len(tonight) and len(before)]
+
     def values(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
         """Tonight's and the baseline's values of each cell that has any; paired ones in step."""
         found = [_values(cell, metric, self.paired) for cell in self.cells]
@@ -107,8 +112,16 @@ def _values(cell: MatchedCell, metric: str, paired: bool) -> tuple[np.ndarray, n
     return tonight[np.isfinite(tonight)], before[np.isfinite(before)]
 
 
+def _seeds(walks: tuple[Walk, ...], metric: str) -> np.ndarray:
+    """Seeds of the walks that a metric is fair for."""
+    seeds = np.array([walk.seed for walk in walks])
+    return seeds[np.isfinite(_fair(walks, metric))]
+
+
 def _fair(walks: tuple[Walk, ...], metric: str) -> np.ndarray:
     """A metric of the walks that it is fair for, NaN elsewhere. Shape (walks,)."""
+    if metric == "stable":
+        return np.array([float(walk.stable) for walk in walks])
     always = counts_falls(metric)
     given = (walk.metrics.get(metric) if always or walk.walked else None for walk in walks)
     return np.array([np.nan if value is None else float(value) for value in given])

@@ -14,14 +14,13 @@ from gaitlab.regression.matching import Matched
 from gaitlab.statistics import (
     Alternative,
     Count,
+    clustered_rank_sum,
     detectable_drop,
     detectable_mean,
     holm,
     mcnemar,
     signed_rank,
     stratified_difference,
-    stratified_exact,
-    stratified_rank_sum,
 )
 
 FALSE_ALARMS = 0.01  # of nights without any change; all tests of a night together
@@ -112,7 +111,7 @@ def _stability(runs: Matched, surface: str) -> Quantity:
 
 def _p_stable(runs: Matched, alternative: Alternative) -> float:
     if not runs.paired:
-        return stratified_exact(runs.counts(), alternative)
+        return clustered_rank_sum(runs.values("stable"), runs.seeds("stable"), alternative)
     pairs = ((tonight.stable, before.stable) for tonight, before in runs.pairs())
     return mcnemar(pairs, alternative).p_value
 
@@ -124,7 +123,7 @@ def _metric(runs: Matched, name: str) -> Quantity:
             name=name, surface="", before=nan, tonight=nan, n=0, p_worse=1.0, p_better=1.0
         )
     base = float(np.mean([np.mean(before) for _, before in values]))
-    down, up = _p_metric(runs, values, "less"), _p_metric(runs, values, "greater")
+    down, up = _p_metric(runs, name, "less"), _p_metric(runs, name, "greater")
     worse, improved = (up, down) if better(name) == "lower" else (down, up)
     return Quantity(
         name=name,
@@ -140,17 +139,33 @@ def _metric(runs: Matched, name: str) -> Quantity:
 Values = list[tuple[np.ndarray, np.ndarray]]
 
 
-def _p_metric(runs: Matched, values: Values, alternative: Alternative) -> float:
+def _p_metric(runs: Matched, name: str, alternative: Alternative) -> float:
+    values = runs.values(name)
     if not runs.paired:
-        return stratified_rank_sum(values, alternative)
+        return clustered_rank_sum(values, runs.seeds(name), alternative)
     return signed_rank(np.concatenate([a - b for a, b in values]), alternative)
 
 
 def _detectable(runs: Matched, name: str, level: float) -> float:
     if name == "stable":
-        return detectable_drop([_at_least(*pair) for pair in runs.counts()], level)
-    values = runs.values(name)
-    return detectable_mean(*_deviation(values, runs.paired), level)
+        drop = detectable_drop([_at_least(*pair) for pair in runs.counts()], level)
+        return drop if runs.paired else max(drop, _between_seeds(runs, name, level))
+    if not runs.paired:
+        return _between_seeds(runs, name, level)
+    return detectable_mean(*_deviation(runs.values(name)), level)
+
+
+def _between_seeds(runs: Matched, name: str, level: float) -> float:
+    """Smallest difference of means that as many other seeds show, by how seeds differ."""
+    means: dict[float, list[float]] = {}
+    for (_, values), (_, seeds) in zip(runs.values(name), runs.seeds(name), strict=True):
+        for value, seed in zip(values - values.mean(), seeds.tolist(), strict=True):
+            means.setdefault(seed, []).append(float(value))
+    others = {seed for tonight, _ in runs.seeds(name) for seed in tonight.tolist()}
+    if len(means) < 2 or not others:
+        return inf
+    deviation = float(np.std([np.mean(gaps) for gaps in means.values()], ddof=1))
+    return detectable_mean(sqrt(2.0) * deviation, min(len(means), len(others)), level)
 
 
 def _at_least(tonight: Count, before: Count) -> Count:
@@ -159,9 +174,9 @@ def _at_least(tonight: Count, before: Count) -> Count:
     return Count(round(n * before.successes / before.n), n)
 
 
-def _deviation(values: Values, paired: bool) -> tuple[float, float]:
+def _deviation(values: Values) -> tuple[float, float]:
     """Standard deviation of a difference within cells, and how many differences there are."""
-    gaps = [a - b for a, b in values] if paired else []
+    gaps = [a - b for a, b in values]
     n = float(sum(min(len(a), len(b)) for a, b in values))
     spread = _pooled(gaps)
     if spread > 0.0:

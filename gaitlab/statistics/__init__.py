@@ -2,12 +2,12 @@
 
 from gaitlab.statistics.families import holm
 from gaitlab.statistics.means import (
+    clustered_rank_sum,
     mean_difference_interval,
     mean_interval,
     signed_rank,
     stratified_difference,
     stratified_difference_interval,
-    stratified_rank_sum,
 )
 from gaitlab.statistics.power import (
     detectable_drop,
@@ -43,6 +43,7 @@ __all__ = [
     "Count",
     "Interval",
     "McNemar",
+    "clustered_rank_sum",
     "detectable_drop",
     "detectable_mean",
     "difference_of_proportions",
@@ -62,7 +63,6 @@ __all__ = [
     "stratified_difference",
     "stratified_difference_interval",
     "stratified_exact",
-    "stratified_rank_sum",
     "trials_for_shares",
     "values_for_mean",
     "wilson",

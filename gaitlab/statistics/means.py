@@ -22,7 +22,6 @@ RESAMPLES = 10_000  # of a bootstrap; the ends settle to some 1 % of the interva
 MOST_DRAWN = 4_000_000  # values a bootstrap draws; with many values fewer resamples do
 FEW_RESAMPLES = 1000
 SHUFFLES = 20_000  # of a permutation test; p-values down to 1e-4 are told apart
-MANY = 60  # values from which on the normal law stands in for the shuffles
 
 Stratum = tuple[np.ndarray, np.ndarray]
 
@@ -115,55 +114,50 @@ def signed_rank(differences: np.ndarray, alternative: Alternative = "two-sided")
     return float(wilcoxon(changed, alternative=alternative, method=method).pvalue)
 
 
-def stratified_rank_sum(strata: Sequence[Stratum], alternative: Alternative = "two-sided") -> float:
-    """p-value of the rank-sum test over strata, [vanElteren1960].
+def clustered_rank_sum(
+    strata: Sequence[Stratum],
+    clusters: Sequence[Stratum],
+    alternative: Alternative = "two-sided",
+) -> float:
+    """p-value of the rank-sum test over strata, [vanElteren1960], for values that hang together.
 
-    Each stratum's rank sum of the first values is weighted by 1 / (n + 1). Few values are shuffled
-    within their strata, for many the normal law with the variance of the ranks holds.
+    Each stratum's ranks are weighted by 1 / (n + 1) and summed over the values of a cluster, a
+    seed for instance that draws the same servos in every cell. Whole clusters are shuffled between
+    the two sides, so that what a cluster shares is not taken for a difference between the sides.
+
+    Args:
+        strata: First and second values of each stratum.
+        clusters: For each of these values the label of its cluster; no cluster is on both sides.
+        alternative: `less` asks whether the first values are the smaller ones.
     """
-    ranked = [_ranked(first, second) for first, second in strata if len(first) and len(second)]
-    if not any(np.ptp(scores) for scores, _ in ranked):
+    sides: tuple[dict[float, float], dict[float, float]] = ({}, {})
+    for values, labels in zip(strata, clusters, strict=True):
+        for side, scores, names in zip(sides, _ranked(*values), labels, strict=True):
+            for label, score in zip(names.tolist(), scores.tolist(), strict=True):
+                side[label] = side.get(label, 0.0) + score
+    first, second = (np.array(list(side.values())) for side in sides)
+    if not len(first) or not len(second) or not np.ptp(np.concatenate([first, second])):
         return 1.0
-    seen = sum(float(np.sum(scores[:n])) for scores, n in ranked)
-    if sum(len(scores) for scores, _ in ranked) < MANY:
-        return _shuffled(ranked, seen, alternative)
-    return _normal(ranked, seen, alternative)
+    return _shuffled(first, second, alternative)
 
 
-def _ranked(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, int]:
-    """Weighted ranks about their mean, the first values' before the second's, and their count."""
+def _ranked(first: np.ndarray, second: np.ndarray) -> Stratum:
+    """Weighted ranks about their mean."""
     from scipy.stats import rankdata
 
     ranks = rankdata(np.concatenate([first, second]))
-    return (ranks - ranks.mean()) / (len(ranks) + 1.0), len(first)
+    scores = (ranks - ranks.mean()) / (len(ranks) + 1.0)
+    return scores[: len(first)], scores[len(first) :]
 
 
-def _shuffled(
-    ranked: Sequence[tuple[np.ndarray, int]], seen: float, alternative: Alternative
-) -> float:
+def _shuffled(first: np.ndarray, second: np.ndarray, alternative: Alternative) -> float:
+    """Share of shuffles whose first sum is as extreme as the one seen."""
     generator = np.random.default_rng(19600101)
-    sums = np.zeros(SHUFFLES)
-    for scores, n in ranked:
-        table = np.broadcast_to(scores, (SHUFFLES, len(scores)))
-        sums += generator.permuted(table, axis=1)[:, :n].sum(axis=1)
-    rounding = 1e-9
+    scores = np.concatenate([first, second])
+    table = np.broadcast_to(scores, (SHUFFLES, len(scores)))
+    sums = generator.permuted(table, axis=1)[:, : len(first)].sum(axis=1)
+    seen, rounding = float(np.sum(first)), 1e-9
     less = (1 + np.sum(sums <= seen + rounding)) / (1 + SHUFFLES)
     greater = (1 + np.sum(sums >= seen - rounding)) / (1 + SHUFFLES)
     tails = {"less": less, "greater": greater, "two-sided": min(2.0 * min(less, greater), 1.0)}
-    return float(tails[alternative])
-
-
-def _normal(
-    ranked: Sequence[tuple[np.ndarray, int]], seen: float, alternative: Alternative
-) -> float:
-    from scipy.stats import norm
-
-    sizes = [(n, len(scores)) for scores, n in ranked]
-    spread = [float(np.sum(scores**2)) for scores, _ in ranked]  # about 0, their mean
-    variance = sum(
-        s * n * (size - n) / (size * (size - 1.0))
-        for s, (n, size) in zip(spread, sizes, strict=True)
-    )
-    z = seen / sqrt(variance)
-    tails = {"less": norm.cdf(z), "greater": norm.sf(z), "two-sided": 2.0 * norm.sf(abs(z))}
     return float(tails[alternative])

@@ -27,8 +27,8 @@ HOW_TO_READ = """\
 *better* and *worse* hold for all lines of a comparison together: of twenty comparisons without any
 difference at most one names one (Holm); where nothing is said, the runs cannot tell. Pairs have the
 same cell and seed. Stable runs: exact McNemar test, interval of Bonett and Price. Other measures:
-signed ranks, and the mean difference with its bootstrap interval (BCa). Without common seeds: exact
-test over cells and Newcombe's interval; ranks within cells and a normal interval. Distance counts
+signed ranks, and the mean difference with its bootstrap interval (BCa). Without common seeds:
+ranks within cells, shuffled by seed, Newcombe's interval and a normal one. Distance counts
 falls; every other measure is taken over runs that stayed up and covered half of the commanded
 distance, both of a pair. *Seeds that would tell*: a cell, for 80 % power at the difference seen,
 5 % two-sided, that line alone."""

@@ -86,6 +86,11 @@ class Matched:
         first, second = _numbers(self.first, metric), _numbers(self.second, metric)
         return float(np.mean(first[np.isfinite(second - first)]))
 
+    def seeds(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Seeds of the values that `strata` gives, in step with them."""
+        sides = [_by_cell(side, metric, seeds=True) for side in (self.second, self.first)]
+        return [(sides[0][cell], sides[1][cell]) for cell in sides[0] if cell in sides[1]]
+
     def strata(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
         """Second and first values of the metric in each cell where both have any."""
         sides = [_by_cell(side, metric) for side in (self.second, self.first)]
@@ -139,11 +144,15 @@ def _numbered(
 
 def _numbers(side: pd.DataFrame, metric: str) -> np.ndarray:
     """A metric of the runs it is fair for, NaN elsewhere. Shape (runs,)."""
+    if metric == "stable":
+        return truth(side["stable"]).astype(float)
     found = pd.to_numeric(side[metric], errors="coerce").to_numpy(float, na_value=np.nan)
     fair = np.ones(len(side), bool) if counts_falls(metric) else truth(side["stable_strict"])
     return np.where(np.isfinite(found) & fair, found, np.nan)
 
 
-def _by_cell(side: pd.DataFrame, metric: str) -> dict[int, np.ndarray]:
-    values = pd.Series(_numbers(side, metric), index=side["cell"].to_numpy()).dropna()
+def _by_cell(side: pd.DataFrame, metric: str, *, seeds: bool = False) -> dict[int, np.ndarray]:
+    known = np.isfinite(_numbers(side, metric))
+    given = side["seed"].to_numpy(float) if seeds else _numbers(side, metric)
+    values = pd.Series(given[known], index=side["cell"].to_numpy()[known])
     return {int(str(cell)): group.to_numpy() for cell, group in values.groupby(level=0)}
