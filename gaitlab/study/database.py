@@ -7,6 +7,7 @@ gives it its state; whatever is killed between the two is walked again from its 
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -220,6 +221,8 @@ class Database:
         return self._me
 
     def _sign(self, text: str) -> None:
+        if self._file is not None:
+            return  # a file of the store has one coordinator, the one that holds the store
         with self._understood():
             name = f"{coordinators.PREFIX}{self._me}"
             self._storage.set_study_user_attr(self._id, name, text)
@@ -294,8 +297,18 @@ def _made(storage: RDBStorage, name: str, study: Study) -> int:
     ways = {"maximize": StudyDirection.MAXIMIZE, "minimize": StudyDirection.MINIMIZE}
     directions = [ways[objective.direction] for objective in study.objectives]
     with suppress(DuplicatedStudyError):
-        return int(storage.create_new_study(directions, name))
+        made = int(storage.create_new_study(directions, name))
+        _name_metrics(storage, name, study)
+        return made
     return int(storage.get_study_id_from_name(name))
+
+
+def _name_metrics(storage: RDBStorage, name: str, study: Study) -> None:
+    """Let a dashboard call the objectives by their names."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Optuna calls it experimental
+        whole = optuna.load_study(study_name=name, storage=storage)
+        whole.set_metric_names([objective.metric for objective in study.objectives])
 
 
 def _check(

@@ -17,8 +17,9 @@ import optuna
 import pytest
 
 from gaitlab.errors import StoreError, UsageError
+from gaitlab.executors import simulated
 from gaitlab.optimize.tally import Nobody, Tally
-from gaitlab.store import Store
+from gaitlab.store import Store, fingerprint
 from gaitlab.study.addresses import database_file
 from tests.optimize import searches
 from tests.optimize.searches import search, told
@@ -298,3 +299,36 @@ def test_cmaes_goes_on_as_if_it_had_not_been_stopped(folder: Path) -> None:
     best = search(one, *settings).tally.history.best
     assert best is not None
     assert best.number > 8, "it learns"
+
+
+REAL = (  # four candidates of the shortest walk, simulated
+    "horizon={cycles: 0.5, time: 0.1}",
+    "gait.stand_time=0.1",
+    "surfaces=[hard_floor]",
+    "seeds=2",
+    "study.racing=off",
+    "study.trials=4",
+    "study.batch=2",
+)
+
+
+def _really_search(store: Store) -> None:
+    search(store, *REAL, jobs=1, task=simulated)
+
+
+def test_a_killed_search_of_real_walks_is_the_undisturbed_one(folder: Path) -> None:
+    killed, whole = Store(folder / "killed"), Store(folder / "whole")
+    process = get_context("fork").Process(target=_really_search, args=(killed,))
+    process.start()
+    end = time.monotonic() + 60.0
+    while len(killed.states()) < 3 and process.is_alive() and time.monotonic() < end:
+        time.sleep(0.01)
+    assert process.pid is not None
+    os.kill(process.pid, signal.SIGKILL)
+    process.join()
+    for store in (killed, whole):
+        search(store, *REAL, task=simulated)
+    assert told(killed, *REAL) == told(whole, *REAL)
+    assert {key: fingerprint(killed.file(key)) for key in killed.states()} == {
+        key: fingerprint(whole.file(key)) for key in whole.states()
+    }
