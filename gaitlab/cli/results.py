@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,6 +63,10 @@ def report(
     tables: Annotated[
         bool, typer.Option("--tables", help="Also write every table as LaTeX and CSV.")
     ] = False,
+    storage: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="Database of a study, if several machines share it."),
+    ] = None,
     seeds: Seeds = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
@@ -83,7 +88,9 @@ def report(
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     with other_output_on_stderr():
         loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
-        write = write_study_report if any(one.study for one in loaded) else write_report
+        write = write_report
+        if any(one.study for one in loaded):
+            write = partial(write_study_report, storage=storage)
         page = write(loaded, Store(store), output, html=form is Form.html, tables=tables)
     say(str(page))
     return 0

@@ -103,7 +103,7 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         drawn=len(chance.candidates) if chance is not None else 0,
         called=called(experiment),
         facts=_facts(past, index),
-        commands=_commands(experiment, store, storage),
+        commands=commands(experiment, store, storage),
     )
 
 
@@ -189,12 +189,18 @@ def called(experiment: Experiment) -> str:
     return str(experiment.path)
 
 
-def _commands(experiment: Experiment, store: Store, storage: str | None) -> list[str]:
+def commands(experiment: Experiment, store: Store, storage: str | None) -> list[str]:
     """The shell lines that walk what is missing and write the page."""
     name = shlex.quote(called(experiment))
     lines = experiment.text.splitlines()
     settings = [line.removeprefix(SETTING) for line in lines if line.startswith(SETTING)]
     more = "".join(f" --set {shlex.quote(setting)}" for setting in settings)
     more += "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
-    more += f" --storage {shlex.quote(storage)}" if storage else ""
+    more += f" --storage {shlex.quote(_without_password(storage))}" if storage else ""
     return [f"gaitlab optimize {name}{more}", f"gaitlab report {name}{more}"]
+
+
+def _without_password(storage: str) -> str:
+    from gaitlab.study.addresses import shown  # loads Optuna, which takes a second
+
+    return shown(storage)

@@ -10,6 +10,7 @@ import pytest
 
 import gaitlab.dispatch.sweep
 from gaitlab.cli import run_command_line
+from gaitlab.optimize.findings import commands
 from gaitlab.optimize.validation import FIRST_FRESH
 from gaitlab.store import Store
 from tests.optimize import searches
@@ -78,3 +79,10 @@ def test_studies_and_experiments_are_not_mixed_in_a_report(
     assert "only studies or only experiments" in capsys.readouterr().err
     assert command("report", folder) == 3
     assert "nothing was searched yet" in capsys.readouterr().err
+
+
+def test_no_password_stands_on_a_page() -> None:
+    address = "postgresql://lab:secret@server/walks"
+    lines = commands(searches.study(), Store(Path("data")), address)
+    assert all("lab:***@server" in line for line in lines)
+    assert not any("secret" in line for line in lines)
