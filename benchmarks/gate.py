@@ -16,10 +16,11 @@ import argparse
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import ceil, inf, isfinite
+from math import ceil
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import norm
 
 from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, load_experiment
@@ -35,6 +36,7 @@ SURFACES = ("carpet_4mm", "grass_10mm", "grass_30mm")
 LESS_FRICTION = 0.9
 LATE = 6  # ticks of 2 ms; 2 in the servo's file, so 8 ms later
 LOW_STEP = 0.0227  # m; 5 mm below that of bases/eros.yaml
+POWER = 0.8
 ANKLE = "joints[:, 4] + added, ankle.lower"
 
 
@@ -119,16 +121,12 @@ def detection_row(name: str, matching: str, outcome: Outcome) -> str:
 
 
 def _needed(quantities: Sequence[Quantity], n: int) -> str:
-    """Walks a side at which the change seen would be as large as what is noticed."""
-    ratios = [_ratio(quantity) for quantity in quantities]
-    least = min(ratios, default=inf)
-    return f"{ceil(n * least)} walks" if isfinite(least) else "no change for the worse was seen"
-
-
-def _ratio(quantity: Quantity) -> float:
-    worse = quantity.p_worse < quantity.p_better
-    seen = abs(quantity.difference) if worse else 0.0
-    return (quantity.detectable / seen) ** 2 if seen else inf
+    """Walks a side with which what came nearest to a finding would be one, four times in five."""
+    seen = float(norm.isf(min(quantity.p_worse for quantity in quantities)))
+    if seen <= 0.0:
+        return "no change for the worse was seen"
+    wanted = float(norm.isf(FALSE_ALARMS / len(quantities)) + norm.ppf(POWER))
+    return f"some {ceil(n * (wanted / seen) ** 2)} walks"
 
 
 def split(before: Baseline, tonight: Baseline) -> tuple[Baseline, Baseline]:
