@@ -124,8 +124,8 @@ def _how(outcome: Outcome) -> str:
         f"Compared: {runs.n} {matching}, in {len(runs.cells)} cells.{unshared} All tests of a "
         f"night together raise a false alarm in at most {FALSE_ALARMS:.0%} of nights in which "
         "nothing changed (Holm). *Would notice*: the smallest change for the worse, alike in all "
-        "cells, that is found in four nights of five at this n. Stable walks and distance count falls; the others "
-        "compare walks that stayed up and covered half of the commanded distance."
+        "cells, that is found in four nights of five at this n. Stable walks and distance count "
+        "falls; the others compare walks that stayed up and covered half of the commanded distance."
     )
 
 
