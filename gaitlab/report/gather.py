@@ -48,7 +48,7 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     variants, labels = find_variants(trials, paths)
     trials = trials.assign(variant=labels)
     return Results(
-        title=first.report.title or first.title or first.name,
+        title=" and ".join(dict.fromkeys(e.report.title or e.title or e.name for e in experiments)),
         question=" ".join(e.description for e in experiments if e.description) or _question(trials),
         rows=rows,
         columns=columns,

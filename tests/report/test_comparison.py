@@ -9,9 +9,9 @@ import pytest
 
 from gaitlab.report.comparison import comparison
 from gaitlab.report.comparison.contrast import metric_contrast, stable_contrast, verdicts
-from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.comparison.matching import Matched, matched, matched_grounds
 from gaitlab.report.results import Results
-from tests.report.builder import results_of, toy_trials, trial
+from tests.report.builder import results_of, trial
 
 SURFACES = ("grass_50mm", "carpet_4mm")
 
@@ -49,9 +49,32 @@ def line(page: str, start: str) -> str:
     return next(text for text in page.splitlines() if text.startswith(f"| {start}"))
 
 
-def test_one_variant_is_nothing_to_compare():
-    only = [walk for walk in toy_trials() if walk["gait.heel_strike"] == "none"]
-    assert comparison(results_of(only, paths=())) == ""
+def only_plain(results: Results, *surfaces: str) -> Results:
+    trials = results.trials.drop(columns="variant").to_dict("records")
+    plain = [walk for walk in trials if walk["gait.heel_strike"] == "none"]
+    return results_of([w for w in plain if w["surface"] in surfaces], paths=(), compare=False)
+
+
+def test_one_variant_on_one_ground_is_nothing_to_compare():
+    assert comparison(only_plain(walks(), SURFACES[0])) == ""
+
+
+def test_of_one_variant_the_grounds_are_compared_pair_by_pair():
+    results = only_plain(walks(), *SURFACES[:2])
+    runs = matched_grounds(results, *SURFACES[:2])
+    assert runs.paired
+    assert (runs.first["seed"] == runs.second["seed"]).all()
+    assert set(runs.first["surface"]) == {SURFACES[0]}
+    assert set(runs.second["surface"]) == {SURFACES[1]}
+    assert "over 40 pairs" in comparison(results)
+
+
+def test_a_ground_is_as_much_better_as_the_other_is_worse():
+    results = only_plain(walks(), *SURFACES[:2])
+    there = stable_contrast(matched_grounds(results, *SURFACES[:2]))
+    back = stable_contrast(matched_grounds(results, *reversed(SURFACES[:2])))
+    assert there.difference == -back.difference
+    assert there.p_value == back.p_value
 
 
 def test_the_gait_that_falls_is_worse_and_the_other_way_round_better():

@@ -12,17 +12,18 @@ from gaitlab.report.comparison.contrast import (
     verdicts,
 )
 from gaitlab.report.comparison.grid import cell_grid
-from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.comparison.matching import Matched, matched, matched_grounds
 from gaitlab.report.comparison.tables import difference, surface_table, whole_table
 from gaitlab.report.markdown import escape, section
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Variant
-from gaitlab.report.words import plural
+from gaitlab.report.words import plural, surface_text
 
 __all__ = ["comparison"]
 
 METRICS = ("distance", "walking_speed", "pitch_amplitude", "cost_of_transport")
 MOST_VARIANTS = 12  # that are set against the first one; more make no page
+MOST_GROUNDS = 6  # of one gait, likewise
 HOW_TO_READ = """\
 *better* and *worse* hold for all lines of a comparison together: of twenty comparisons without any
 difference at most one names one (Holm); where nothing is said, the runs cannot tell. Pairs have the
@@ -35,10 +36,10 @@ distance, both of a pair. *Seeds that would tell*: a cell, for 80 % power at the
 
 
 def comparison(results: Results) -> str:
-    """The section on how variants differ, as Markdown; empty when there is only one."""
+    """The section on how variants differ, as Markdown; of one variant, how the grounds do."""
     order = in_order(results)
     if len(order) < 2:
-        return ""
+        return _grounds(results)
     first, *others = order
     shown = others[:MOST_VARIANTS]
     rest = len(others) - len(shown)
@@ -75,6 +76,31 @@ def _against(results: Results, first: Variant, second: Variant) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
+def _grounds(results: Results) -> str:
+    """Every further ground against the first; empty when there is only one."""
+    first, *others = dict.fromkeys(map(str, results.trials["surface"]))
+    blocks = [_ground(results, first, other) for other in others[: MOST_GROUNDS - 1]]
+    rest = len(others) - len(blocks)
+    more = f"{plural(rest, 'further ground')} left out." if rest else ""
+    return section("The grounds compared", *blocks, more, HOW_TO_READ) if blocks else ""
+
+
+def _ground(results: Results, first: str, second: str) -> str:
+    runs = matched_grounds(results, first, second)
+    names = surface_text(first), surface_text(second)
+    title = f"### {escape(names[1])} against {escape(names[0])}"
+    if not runs.n:
+        return f"{title}\n\nThey share no walk that both have carried: nothing to compare."
+    table = _contrasts(runs, results.metrics or METRICS)
+    said = verdicts(table)
+    found = {
+        "better": f"The robot stays up more often on {escape(names[1])}",
+        "worse": f"The robot stays up less often on {escape(names[1])}",
+    }.get(said[0], "The two cannot be told apart in staying up")
+    sentence = f"{found}: {difference(table[0])} over {_counted(runs)}.{_unshared(runs)}"
+    return "\n\n".join([title, sentence, whole_table(names, table, said)])
+
+
 def _contrasts(runs: Matched, metrics: Sequence[str]) -> list[Contrast]:
     return [stable_contrast(runs), *(metric_contrast(runs, name) for name in metrics)]
 
@@ -93,13 +119,15 @@ def _sentence(
         "better": f"{here} stays up more often than {there}",
         "worse": f"{here} stays up less often than {there}",
     }.get(verdict, f"{here} and {there} cannot be told apart in staying up")
+    return f"{found}: {difference(stable)} over {_counted(runs)}.{_unshared(runs)}"
+
+
+def _counted(runs: Matched) -> str:
     cells = plural(runs.cells, "cell")
-    counted = (
-        f"{runs.n} pair{'' if runs.n == 1 else 's'} of runs with equal cell and seed in {cells}"
-        if runs.paired
-        else f"{len(runs.second)} and {len(runs.first)} runs in {cells}, without common seeds"
-    )
-    return f"{found}: {difference(stable)} over {counted}.{_unshared(runs)}"
+    if not runs.paired:
+        return f"{len(runs.second)} and {len(runs.first)} runs in {cells}, without common seeds"
+    ending = "" if runs.n == 1 else "s"
+    return f"{runs.n} pair{ending} of runs with equal cell and seed in {cells}"
 
 
 def _unshared(runs: Matched) -> str:

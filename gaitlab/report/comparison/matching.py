@@ -99,9 +99,18 @@ class Matched:
 
 def matched(results: Results, first: Variant, second: Variant) -> Matched:
     """The runs of two variants that can be compared; paired by seed if any seed is shared."""
-    keys = places(results)
-    sides = [_scored(results, variant) for variant in (first, second)]
-    cells = [set(map(tuple, side[keys].to_numpy(object))) for side in sides]
+    return _matched([_scored(results.of(v)) for v in (first, second)], places(results))
+
+
+def matched_grounds(results: Results, first: str, second: str) -> Matched:
+    """The runs on two grounds, paired as those of variants; a cell is the same walk on both."""
+    keys = ["variant", *(key for key in places(results) if key != "surface")]
+    trials = results.trials
+    return _matched([_scored(trials[trials["surface"] == name]) for name in (first, second)], keys)
+
+
+def _matched(sides: Sequence[pd.DataFrame], keys: Sequence[str]) -> Matched:
+    cells = [set(map(tuple, side[list(keys)].to_numpy(object))) for side in sides]
     shared = {place: number for number, place in enumerate(sorted(cells[0] & cells[1], key=repr))}
     unshared = len(cells[0] ^ cells[1])
     sides = [_numbered(side, keys, shared) for side in sides]
@@ -128,8 +137,7 @@ def _varies(results: Results, name: str) -> bool:
     return any(count > 1 for count in groups)
 
 
-def _scored(results: Results, variant: Variant) -> pd.DataFrame:
-    trials = results.of(variant)
+def _scored(trials: pd.DataFrame) -> pd.DataFrame:
     return trials[trials["state"].isin(SCORED)]
 
 
