@@ -149,7 +149,7 @@ class _Sweep:
 
     def _keep(self, outcome: Outcome) -> None:
         """Note one outcome and tell of it."""
-        record = outcome.record or _settle(self.store, outcome)
+        record = outcome.record or settle(self.store, outcome)
         self.store.note(record)
         now = time.monotonic()
         self.forecast.end(record.trial_id, now, _wall_time(outcome))
@@ -218,7 +218,7 @@ def _megabytes(size: float) -> str:
     return f"{max(size, 1e6) / 1e6:.0f} MB"
 
 
-def _settle(store: Store, outcome: Outcome) -> TrialRecord:
+def settle(store: Store, outcome: Outcome) -> TrialRecord:
     """The record of a trial whose worker was lost: what it committed, or else `FAILED`."""
     with suppress(UnknownName, StoreError):
         committed = store.record(outcome.job.trial_id)

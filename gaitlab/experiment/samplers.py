@@ -32,8 +32,8 @@ def _probability(default: float, doc: str) -> float:
     return found
 
 
-def _switch(doc: str) -> bool:
-    found: bool = parameter(False, unit="-", doc=doc)
+def _switch(doc: str, default: bool = False) -> bool:
+    found: bool = parameter(default, unit="-", doc=doc)
     return found
 
 
@@ -51,7 +51,9 @@ class Tpe:
 
     n_startup_trials: int = _candidates(10, RANDOM_FIRST, low=0)
     n_ei_candidates: int = _candidates(24, "draws of which the most promising is proposed")
-    multivariate: bool = _switch("learn parameters together and not one by one")
+    multivariate: bool = _switch(
+        "learn parameters together and not one by one; by default with one objective only", True
+    )
     group: bool = _switch("learn the parameters of each condition together")
 
 
@@ -99,7 +101,7 @@ class Qmc:
     """Options of `qmc`, a low-discrepancy sequence."""
 
     qmc_type: Literal["sobol", "halton"] = parameter("sobol", unit="-", doc="the sequence")
-    scramble: bool = _switch("shuffle the sequence by the study's seed")
+    scramble: bool = _switch("shuffle the sequence by the study's seed", True)
 
 
 SAMPLERS: Mapping[str, type] = {

@@ -11,6 +11,7 @@ from gaitlab.log import TrialLog
 
 UNIT = "s"
 BETTER = "higher"
+COUNTS_FALLS = True
 
 
 def upright_time(log: TrialLog) -> float:

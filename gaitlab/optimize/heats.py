@@ -16,7 +16,7 @@ from gaitlab.objectives import Evaluation, Outcome, evaluate
 from gaitlab.optimize.racing import Rival, best_of, hopeless
 from gaitlab.optimize.walks import Walk, Walks, walk_of
 from gaitlab.study import Candidate, State
-from gaitlab.study.database import Pending
+from gaitlab.study.entries import Pending
 
 Shown = Callable[[int, int, Sequence[float]], None]  # number, seeds, objectives so far
 

@@ -29,7 +29,8 @@ from gaitlab.store.store import TABLE_FROM
 from gaitlab.study import Candidate, History
 from gaitlab.study.asking import ask
 from gaitlab.study.coordinators import BEAT
-from gaitlab.study.database import Database, Pending
+from gaitlab.study.database import Database
+from gaitlab.study.entries import Pending
 from gaitlab.study.request import asks_for
 from gaitlab.study.space import hand_set, key
 

@@ -10,8 +10,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from gaitlab.dispatch.sweep import TIMEOUT, TIMEOUT_RATIO
-from gaitlab.dispatch.sweep import _settle as settle
+from gaitlab.dispatch.sweep import TIMEOUT, TIMEOUT_RATIO, settle
 from gaitlab.errors import WrongValue
 from gaitlab.executors import Executor, Job
 from gaitlab.executors import Outcome as Ended

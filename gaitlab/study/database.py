@@ -7,59 +7,38 @@ gives it its state; whatever is killed between the two is walked again from its 
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
-from typing import cast
 
-import optuna
-from optuna.exceptions import DuplicatedStudyError
 from optuna.storages import RDBStorage, get_storage
-from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState, create_trial
 
 from gaitlab.errors import StoreError
-from gaitlab.experiment import Experiment, Value
+from gaitlab.experiment import Experiment
 from gaitlab.experiment.study import Study
 from gaitlab.objectives import violation_names
 from gaitlab.store import Store
 from gaitlab.study import coordinators
-from gaitlab.study.addresses import (
-    database_file,
-    file_storage,
-    server_storage,
-    shown,
-    understood,
-)
+from gaitlab.study.addresses import database_file, understood
 from gaitlab.study.asking import Proposal, Told
-from gaitlab.study.candidates import Candidate, State
-from gaitlab.study.space import distributions, in_order, key
+from gaitlab.study.candidates import Candidate
+from gaitlab.study.entries import (
+    ASKED_BY,
+    BATCH,
+    OWNER,
+    RESULT,
+    Pending,
+    candidate_of,
+    pending_of,
+    result_of,
+    told_of,
+)
+from gaitlab.study.opening import id_of, made, require_same, storage_at, study_asked
+from gaitlab.study.space import distributions, key
 
-ASKS_FOR = "gaitlab: what the study asks for"  # attribute of the study
-BATCH, ASKED_BY, OWNER, RESULT = "batch", "asked by", "owner", "result"  # attributes of a trial
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Pending:
-    """A candidate under way.
-
-    Attributes:
-        number: Position in the order of the search.
-        values: By dotted path.
-        batch: Number of candidates before those proposed together with it.
-        asked_by: Coordinator that proposed it.
-        owner: Coordinator that walks it.
-    """
-
-    number: int
-    values: Mapping[str, Value]
-    batch: int
-    asked_by: str
-    owner: str
 
 
 class Database:
@@ -87,13 +66,13 @@ class Database:
         if address is None and not database_file(store, experiment.name).exists():
             yield None
             return
-        with _storage(experiment.name, store, address) as (storage, place, file):
+        with storage_at(experiment.name, store, address) as (storage, place, file):
             with understood(place, file):
-                study_id = _id_of(storage, experiment.name)
+                study_id = id_of(storage, experiment.name)
             yield (
                 None
                 if study_id is None
-                else cls(storage, _study_of(experiment), study_id, place, file)
+                else cls(storage, study_asked(experiment), study_id, place, file)
             )
 
     @classmethod
@@ -117,11 +96,11 @@ class Database:
             StoreError: If the database cannot be used, or a study of this name asks for something
                 else; says what.
         """
-        study = _study_of(experiment)
-        with _storage(experiment.name, store, address) as (storage, place, file):
+        study = study_asked(experiment)
+        with storage_at(experiment.name, store, address) as (storage, place, file):
             with understood(place, file):
-                study_id = _made(storage, experiment.name, study)
-                _check(storage, study_id, asks_for, experiment.name, place)
+                study_id = made(storage, experiment.name, study)
+                require_same(storage, study_id, asks_for, experiment.name, place)
             database = cls(storage, study, study_id, place, file)
             database.beat()
             try:
@@ -132,21 +111,21 @@ class Database:
 
     def told(self) -> tuple[Candidate, ...]:
         """Candidates that were told, in their order."""
-        return tuple(_candidate(self._study, trial) for trial in self._trials(FINISHED))
+        return tuple(candidate_of(self._study, trial) for trial in self._trials(FINISHED))
 
     def remembered(self, before: int | None = None) -> tuple[Told, ...]:
         """The same as a sampler is told, perhaps only those before a number."""
         trials = self._trials(FINISHED)
-        return tuple(_told(self._study, t) for t in trials if before is None or t.number < before)
+        return tuple(told_of(self._study, t) for t in trials if before is None or t.number < before)
 
     def pending(self) -> tuple[Pending, ...]:
         """Candidates under way, whoever walks them."""
-        return tuple(_pending(self._study, t) for t in self._trials((TrialState.RUNNING,)))
+        return tuple(pending_of(self._study, t) for t in self._trials((TrialState.RUNNING,)))
 
     def batch_of(self, one: Pending) -> tuple[Pending, ...]:
         """Everything that was proposed together, told or not, in the order of the numbers."""
         trials = self._trials((*FINISHED, TrialState.RUNNING))
-        every = (_pending(self._study, trial) for trial in trials)
+        every = (pending_of(self._study, trial) for trial in trials)
         return tuple(p for p in every if (p.batch, p.asked_by) == (one.batch, one.asked_by))
 
     def add(
@@ -176,7 +155,7 @@ class Database:
         for trial in surplus:
             self._finish(trial.number, TrialState.FAIL)
         wanted = [t for t in kept if t in mine and t.state == TrialState.RUNNING]
-        return tuple(_pending(self._study, t) for t in wanted if t.user_attrs[BATCH] == batch)
+        return tuple(pending_of(self._study, t) for t in wanted if t.user_attrs[BATCH] == batch)
 
     def take_over(self, orphans: Sequence[Pending]) -> None:
         """Walk what a coordinator that is no more had under way."""
@@ -198,7 +177,7 @@ class Database:
         with self._understood():
             for name, violation in zip(names, candidate.violations, strict=True):
                 self._storage.set_trial_system_attr(trial_id, f"constraints:{name}", violation)
-            self._storage.set_trial_user_attr(trial_id, RESULT, _result(candidate))
+            self._storage.set_trial_user_attr(trial_id, RESULT, result_of(candidate))
         state = TrialState.COMPLETE if candidate.state == "done" else TrialState.PRUNED
         self._finish(candidate.number, state, candidate.objectives)
 
@@ -257,137 +236,3 @@ class Database:
     def _understood(self) -> Iterator[None]:
         with understood(self.place, self._file):
             yield
-
-
-@contextmanager
-def _storage(
-    name: str, store: Store, address: str | None
-) -> Iterator[tuple[RDBStorage, str, Path | None]]:
-    """The database, where it is for messages, and its file if it is the store's own."""
-    before = optuna.logging.get_verbosity()
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    file = database_file(store, name) if address is None else None
-    storage = server_storage(address) if address is not None else file_storage(cast(Path, file))
-    try:
-        yield storage, str(file) if address is None else shown(address), file
-    finally:
-        storage.remove_session()
-        storage.engine.dispose()
-        optuna.logging.set_verbosity(before)
-
-
-def _study_of(experiment: Experiment) -> Study:
-    if experiment.study is None:
-        raise ValueError(f"{experiment.name} is no study")
-    return experiment.study
-
-
-def _id_of(storage: RDBStorage, name: str) -> int | None:
-    try:
-        return int(storage.get_study_id_from_name(name))
-    except KeyError:
-        return None
-
-
-def _made(storage: RDBStorage, name: str, study: Study) -> int:
-    """The study of this name, made if there is none; another coordinator may be making it too."""
-    found = _id_of(storage, name)
-    if found is not None:
-        return found
-    ways = {"maximize": StudyDirection.MAXIMIZE, "minimize": StudyDirection.MINIMIZE}
-    directions = [ways[objective.direction] for objective in study.objectives]
-    with suppress(DuplicatedStudyError):
-        made = int(storage.create_new_study(directions, name))
-        _name_metrics(storage, name, study)
-        return made
-    return int(storage.get_study_id_from_name(name))
-
-
-def _name_metrics(storage: RDBStorage, name: str, study: Study) -> None:
-    """Let a dashboard call the objectives by their names."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Optuna calls it experimental
-        whole = optuna.load_study(study_name=name, storage=storage)
-        whole.set_metric_names([objective.metric for objective in study.objectives])
-
-
-def _check(
-    storage: RDBStorage, study_id: int, asks_for: Mapping[str, str], name: str, place: str
-) -> None:
-    """Refuse a study that asks for something else."""
-    attributes = storage.get_study_user_attrs(study_id)
-    if ASKS_FOR not in attributes and not storage.get_n_trials(study_id):
-        storage.set_study_user_attr(study_id, ASKS_FOR, dict(asks_for))
-        return
-    before = attributes.get(ASKS_FOR, {})
-    different = [
-        f"{what}: {before.get(what, 'nothing')} there, {asks_for.get(what, 'nothing')} here"
-        for what in {**before, **asks_for}
-        if before.get(what) != asks_for.get(what)
-    ]
-    if different:
-        told = "\n  ".join(different) if before else "it was not written by gaitlab"
-        raise StoreError(
-            f"{place}: holds another study called {name!r}:\n  {told}\n"
-            "Put the file back as it was, or give the new study a name of its own: "
-            f"`--set name={name}_2`. Trials that both want are not simulated again."
-        )
-
-
-def _pending(study: Study, trial: FrozenTrial) -> Pending:
-    return Pending(
-        number=trial.number,
-        values=in_order(study, trial.params),
-        batch=int(trial.user_attrs[BATCH]),
-        asked_by=str(trial.user_attrs[ASKED_BY]),
-        owner=str(trial.user_attrs[OWNER]),
-    )
-
-
-def _told(study: Study, trial: FrozenTrial) -> Told:
-    candidate = _candidate(study, trial)
-    return Told(
-        values=candidate.values,
-        objectives=candidate.objectives,
-        violations=candidate.violations,
-        notes={k: v for k, v in trial.system_attrs.items() if not k.startswith("constraints")},
-    )
-
-
-def _result(candidate: Candidate) -> dict[str, object]:
-    """What there is to know, as JSON that a browser reads too: it knows no infinity."""
-    return {
-        "state": candidate.state,
-        "reason": candidate.reason,
-        "seeds": candidate.seeds,
-        "simulated seconds": candidate.simulated,
-        "objectives": [value if isfinite(value) else None for value in candidate.objectives],
-        "violations": list(candidate.violations),
-        "trials": list(candidate.trial_ids),
-    }
-
-
-def _candidate(study: Study, trial: FrozenTrial) -> Candidate:
-    result = trial.user_attrs[RESULT]
-    violations = tuple(float(violation) for violation in result["violations"])
-    state = cast(State, result["state"])
-    return Candidate(
-        number=trial.number,
-        values=in_order(study, trial.params),
-        state=state,
-        objectives=tuple(
-            _bad(objective.direction) if value is None else float(value)
-            for objective, value in zip(study.objectives, result["objectives"], strict=True)
-        ),
-        violations=violations,
-        feasible=state != "infeasible" and all(violation <= 0.0 for violation in violations),
-        seeds=int(result["seeds"]),
-        trial_ids=tuple(result["trials"]),
-        batch=int(trial.user_attrs[BATCH]),
-        simulated=float(result["simulated seconds"]),
-        reason=str(result["reason"]),
-    )
-
-
-def _bad(direction: str) -> float:
-    return -inf if direction == "maximize" else inf
