@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, ExperimentName, Seeds, Settings, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, ExperimentName, Jobs, Seeds, Settings, StoreFolder
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import StoreError, Undecided, UsageError, WorseBaseline
@@ -31,15 +31,7 @@ def check(
         Path,
         typer.Option("--baseline", metavar="FILE", help="What `gaitlab baseline` has written."),
     ],
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            "-j",
-            "--jobs",
-            metavar="N",
-            help="Worker processes, one a core by default; 0 runs in this process.",
-        ),
-    ] = None,
+    jobs: Jobs = None,
     seeds: Seeds = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,

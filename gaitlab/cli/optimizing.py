@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.checking import check_winner
-from gaitlab.cli.options import DEFAULT_STORE, Settings, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, Jobs, Quiet, Settings, StoreFolder
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import UsageError
@@ -36,15 +36,7 @@ def optimize(
         int | None,
         typer.Option(metavar="N", help="Candidates to try in total, instead of the file's."),
     ] = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            "-j",
-            "--jobs",
-            metavar="N",
-            help="Worker processes, one a core by default; 0 runs in this process.",
-        ),
-    ] = None,
+    jobs: Jobs = None,
     storage: Annotated[
         str | None,
         typer.Option(
@@ -80,7 +72,7 @@ def optimize(
             "each parameter moved until the robot falls.",
         ),
     ] = True,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")] = False,
+    quiet: Quiet = False,
 ) -> int:
     """Search a study for the parameters that walk best, and check the winner.
 

@@ -33,5 +33,15 @@ Seeds: TypeAlias = Annotated[
     int | None,
     typer.Option("--seeds", metavar="N", help="Replicates of each cell, instead of the file's."),
 ]
+Jobs: TypeAlias = Annotated[
+    int | None,
+    typer.Option(
+        "-j",
+        "--jobs",
+        metavar="N",
+        help="Worker processes, one a core by default; 0 runs in this process.",
+    ),
+]
+Quiet: TypeAlias = Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")]
 
 DEFAULT_STORE = Path("data")

@@ -6,7 +6,7 @@ import os
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from itertools import zip_longest
 from shutil import get_terminal_size
 
@@ -47,6 +47,12 @@ def other_output_on_stderr() -> Iterator[None]:
 def tell(text: str) -> None:
     """Print a message on stderr."""
     print(text, file=sys.stderr, flush=True)
+
+
+def tell_at_once(text: str) -> None:
+    """The same past Python's buffers, which may be in use when a signal comes."""
+    with suppress(OSError):
+        os.write(2, f"{text}\n".encode())
 
 
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

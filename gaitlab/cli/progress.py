@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -14,7 +11,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitlab.cli.printing import MINUTE, duration, number, plural, tell
+from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
+from gaitlab.cli.terminal import moving_terminal
 from gaitlab.dispatch import Ended, Progress, Silent, Started, Summary
 
 WIDEST = 100  # characters; a longer bar says nothing more
@@ -30,18 +28,16 @@ def progress(*, quiet: bool = False) -> Progress:
     """
     if quiet:
         return Messages()
-    console = Console(stderr=True)
-    moving = sys.stderr is not None and sys.stderr.isatty() and not console.is_dumb_terminal
-    return Bar(console) if moving else Lines()
+    console = moving_terminal()
+    return Bar(console) if console else Lines()
 
 
 class Messages(Silent):
     """Nothing but messages."""
 
     def message(self, text: str) -> None:
-        """Written past Python's buffers, because a signal may come while they are in use."""
-        with suppress(OSError):
-            os.write(2, f"{text}\n".encode())
+        """Say it now."""
+        tell_at_once(text)
 
 
 class Lines(Messages):

@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, ExperimentName, Seeds, Settings, StoreFolder
+from gaitlab.cli.options import (
+    DEFAULT_STORE,
+    ExperimentName,
+    Jobs,
+    Quiet,
+    Seeds,
+    Settings,
+    StoreFolder,
+)
 from gaitlab.cli.printing import (
     DAY,
     columns,
@@ -44,15 +52,7 @@ def run(
     dry_run: Annotated[
         bool, typer.Option("-n", "--dry-run", help="Say what would run, and why; run nothing.")
     ] = False,
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            "-j",
-            "--jobs",
-            metavar="N",
-            help="Worker processes, one a core by default; 0 runs in this process.",
-        ),
-    ] = None,
+    jobs: Jobs = None,
     seeds: Seeds = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
@@ -66,7 +66,7 @@ def run(
         bool,
         typer.Option("--json-lines", help="Print every event as a JSON object, one a line."),
     ] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")] = False,
+    quiet: Quiet = False,
     yes: Annotated[
         bool, typer.Option("--yes", help="Run even if it takes more than a day.")
     ] = False,

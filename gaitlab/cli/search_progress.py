@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -14,7 +11,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitlab.cli.printing import MINUTE, duration, number, plural, tell
+from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
+from gaitlab.cli.terminal import moving_terminal
 from gaitlab.metrics import unit_of
 from gaitlab.optimize.tally import Nobody, Tally, Told
 from gaitlab.study import Candidate, History
@@ -32,18 +30,16 @@ def search_progress(*, quiet: bool = False) -> Told:
     """
     if quiet:
         return SearchMessages()
-    console = Console(stderr=True)
-    moving = sys.stderr is not None and sys.stderr.isatty() and not console.is_dumb_terminal
-    return SearchTable(console) if moving else SearchLines()
+    console = moving_terminal()
+    return SearchTable(console) if console else SearchLines()
 
 
 class SearchMessages(Nobody):
     """Nothing but messages."""
 
     def message(self, text: str) -> None:
-        """Written past Python's buffers, because a signal may come while they are in use."""
-        with suppress(OSError):
-            os.write(2, f"{text}\n".encode())
+        """Say it now."""
+        tell_at_once(text)
 
 
 class SearchLines(SearchMessages):
