@@ -3,7 +3,10 @@ NEEDS := pyproject.toml constraints.txt
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
-.PHONY: run test lint types format benchmark clean
+# One page each; Tables 7 and 8 share one, as the paper's claim is about both.
+PAGES := eros_quick hard_floor_sanity eros_fig24 eros_fig26 eros_fig28 all_robots
+
+.PHONY: run test lint types format reports benchmark clean
 .DEFAULT_GOAL := run
 
 run: .venv/installed  ## simulate the quick experiment and write its report
@@ -23,6 +26,13 @@ types: .venv/installed-dev  ## types of the code
 format: .venv/installed-dev  ## put the style right
 	@$(BIN)/ruff check --fix .
 	@$(BIN)/ruff format .
+
+reports: .venv/installed  ## make the published reports again, in about half an hour
+	@for name in $(PAGES); do $(BIN)/gaitlab run $$name && $(BIN)/gaitlab report $$name || exit; done
+	@$(BIN)/gaitlab run eros_table7 && $(BIN)/gaitlab run eros_table8
+	@$(BIN)/gaitlab report eros_table7 eros_table8
+	@$(BIN)/gaitlab optimize eros_small --no-validation --baseline random
+	@$(BIN)/gaitlab optimize eros_small && $(BIN)/gaitlab report eros_small
 
 benchmark: .venv/installed-dev  ## measure speed and size on this machine
 	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
