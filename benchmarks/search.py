@@ -4,6 +4,7 @@ Both race alike and start from the hand-set values; every repeat has a seed of i
 walk again with 20 seeds that no search saw. About twenty minutes on two idle cores.
 
     python benchmarks/search.py [--repeats 5] [--trials 40] [--sampler tpe] [--jobs 2]
+        [--study eros_small] [--set PATH=VALUE ...] [--store FOLDER]
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from pathlib import Path
 
 from repeated import Result, difference, opened, searched
 
-STUDY = "eros_small"
 SETTINGS = ("seeds=8", "study.racing={rounds: [2, 4, 8]}")
 
 
@@ -22,6 +22,8 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--trials", type=int, default=40)
     parser.add_argument("--sampler", default="tpe")
+    parser.add_argument("--study", default="eros_small")
+    parser.add_argument("--set", action="append", default=[], dest="settings")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--store", type=Path, default=Path("/tmp/gaitlab-search"))
     given = parser.parse_args()
@@ -32,7 +34,7 @@ def main() -> None:
     rows: list[tuple[Result, Result]] = []
     for repeat in range(given.repeats):
         one, two = (
-            searched(STUDY, _settings(sampler, repeat, given.trials), store, given.jobs)
+            searched(given.study, _settings(given, sampler, repeat), store, given.jobs)
             for sampler in samplers
         )
         rows.append((one, two))
@@ -43,9 +45,9 @@ def main() -> None:
         print(f"\n{given.sampler} minus random, {what} seeds: {difference(*values)}")
 
 
-def _settings(sampler: str, repeat: int, trials: int) -> tuple[str, ...]:
-    own = (f"study.sampler={sampler}", f"study.seed={repeat}", f"study.trials={trials}")
-    return (*SETTINGS, *own, f"name=search_{sampler}_{repeat}")
+def _settings(given: argparse.Namespace, sampler: str, repeat: int) -> tuple[str, ...]:
+    own = (f"study.sampler={sampler}", f"study.seed={repeat}", f"study.trials={given.trials}")
+    return (*SETTINGS, *given.settings, *own, f"name={given.study}_{sampler}_{repeat}")
 
 
 if __name__ == "__main__":
