@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -49,16 +50,18 @@ def pretend_slowly(trial_id: str, trial: Mapping[str, Any], store: Path) -> Tria
     return pretend(trial_id, trial, store, pause=0.1, faults=False)
 
 
-def pretend_well(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+def pretend_well(
+    trial_id: str, trial: Mapping[str, Any], store: Path, *, pause: float = 0.0
+) -> TrialRecord:
     """As `pretend` without faults."""
-    return pretend(trial_id, trial, store, faults=False)
+    return pretend(trial_id, trial, store, pause=pause, faults=False)
 
 
 if __name__ == "__main__":
     import gaitlab.dispatch.sweep
-    from tests.pretended import pretend_slowly as task
+    from tests.pretended import pretend_well as task
 
-    gaitlab.dispatch.sweep.simulated = task
+    gaitlab.dispatch.sweep.simulated = partial(task, pause=float(sys.argv[2]))
     print("ready", flush=True)
     summary = dispatch(experiment(), Store(Path(sys.argv[1])), jobs=2)
     print(summary.planned, summary.done, summary.left, summary.interrupted, flush=True)

@@ -126,9 +126,9 @@ def test_progress_counts_up_to_the_plan(store: Store) -> None:
     assert [summary.left for summary in seen] == list(range(CELLS - 1, -1, -1))
 
 
-def driver(store: Store) -> subprocess.Popen[str]:
+def driver(store: Store, pause: float = 0.1) -> subprocess.Popen[str]:
     process = subprocess.Popen(
-        [sys.executable, "-m", "tests.pretended", str(store.path)],
+        [sys.executable, "-m", "tests.pretended", str(store.path), str(pause)],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -159,7 +159,7 @@ def test_the_first_signal_finishes_the_running_trials(store: Store, number: int)
 
 
 def test_the_second_ctrl_c_kills(store: Store) -> None:
-    with driver(store) as process:
+    with driver(store, pause=2.0) as process:
         wait_for_trials(store, 1)
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGINT)

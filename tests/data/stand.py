@@ -24,7 +24,7 @@ class Gait:
         """Feet at the instants t, in [s]."""
         still = np.zeros((len(t), 2))
         x = still + LEAN * np.minimum(t / 0.3, 1.0)[:, None]
-        y = still + [0.042, -0.042]
+        y = still + np.array([0.042, -0.042])
         return FeetPoses(
             position=np.stack([x, y, still - self.hip_height], axis=-1),
             heading=still,
