@@ -161,10 +161,10 @@ def test_the_first_signal_finishes_the_running_trials(store: Store, number: int)
 def test_the_second_ctrl_c_kills(store: Store) -> None:
     with driver(store, pause=2.0) as process:
         wait_for_trials(store, 1)
-        process.send_signal(signal.SIGINT)
-        process.send_signal(signal.SIGINT)
-        time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
+        end = time.monotonic() + 30.0
+        while process.poll() is None and time.monotonic() < end:
+            process.send_signal(signal.SIGINT)  # two at once may arrive as one
+            time.sleep(0.1)
         _, err = process.communicate(timeout=30.0)
     assert process.returncode != 0
     assert "KeyboardInterrupt" in err
