@@ -7,8 +7,28 @@ from typing import TYPE_CHECKING
 from gaitlab.cli.printing import duration, other_output_on_stderr, plural, say, tell
 
 if TYPE_CHECKING:
+    from gaitlab.optimize.tally import Searched
     from gaitlab.store import Store
     from gaitlab.study import History
+
+
+def hold_final(found: Searched, store: Store, jobs: int, *, quiet: bool) -> tuple[Searched, bool]:
+    """Let the best of a search walk with as many seeds again; whether all of it was walked.
+
+    Raises:
+        StoreError: If the store cannot be used.
+        KeyboardInterrupt: At the second Ctrl-C.
+    """
+    from gaitlab.cli.progress import progress
+    from gaitlab.optimize.final import decided, due
+    from gaitlab.optimize.validation import running
+
+    waiting = due(found.tally.history, store)
+    if waiting and not quiet:
+        more = plural(len(found.tally.history.experiment.seeds), "further seed")
+        tell(f"Final: the best {len(waiting)} walk with {more} each; --no-validation skips it")
+    with other_output_on_stderr():
+        return decided(found, store, running(store, jobs, progress(quiet=True)))
 
 
 def check_winner(

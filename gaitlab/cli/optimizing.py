@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.checking import check_winner
+from gaitlab.cli.checking import check_winner, hold_final
 from gaitlab.cli.options import DEFAULT_STORE, Jobs, Quiet, Settings, StoreFolder
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
@@ -111,10 +111,12 @@ def optimize(
         with other_output_on_stderr():
             told = search_progress(quiet=quiet)
             found = search(wanted, results, jobs=workers, storage=storage, told=told)
+        going = found.ending not in ("stopped", "elsewhere")
+        if going and validation:
+            found, going = hold_final(found, results, workers, quiet=quiet)
         if not as_json:
             say(result_text(found, again, _arguments(study, None, settings, None, store)))
         _export(found.tally.history, export, given)
-        going = found.ending not in ("stopped", "elsewhere")
         if going and validation:
             going = check_winner(
                 found.tally.history,

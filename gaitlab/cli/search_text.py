@@ -147,11 +147,20 @@ def _winners(history: History) -> list[str]:
     if not history.front:
         return []
     shown = history.front[:SHOWN_FRONT]
-    if len(history.study.objectives) == 1:
-        return [f"\nBest: candidate {shown[0].number}", *_winner(history, shown[0])]
+    if history.best is not None:
+        head = f"\nBest: candidate {history.best.number}{_final(history)}"
+        return [head, *_winner(history, history.best)]
     left = len(history.front) - len(shown)
     more = [f"... and {left} more, see the report"] if left else []
     return [f"\nFront of {plural(len(history.front), 'candidate')}:", _front(history), *more]
+
+
+def _final(history: History) -> str:
+    """How the final came out."""
+    if not history.finals:
+        return ""
+    places = ", ".join(f"{one.number}: {one.objectives[0]:.4g}" for one in history.finals)
+    return f" (final with {plural(history.finals[0].seeds, 'seed')}: {places})"
 
 
 def _winner(history: History, best: Candidate) -> list[str]:

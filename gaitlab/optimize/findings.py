@@ -92,6 +92,7 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         candidates=past.candidates,
         best=past.best,
         front=past.front,
+        finals=past.finals,
         chosen=checked.chosen if checked else None,
         importance=_importance(past),
         used=past.used,

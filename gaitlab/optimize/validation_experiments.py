@@ -17,6 +17,7 @@ from gaitlab.plugins import names
 from gaitlab.report.study.findings import Rerun, Walk
 from gaitlab.store import Index
 from gaitlab.study import Candidate, History
+from gaitlab.study.finals import final_seeds
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import canonical_json
@@ -28,8 +29,8 @@ LEAST_MARGIN_SEEDS = 2  # on each ground
 
 
 def fresh_seeds(experiment: Experiment, count: int | None = None) -> range:
-    """Seeds that the search never saw."""
-    first = max(FIRST_FRESH, max(experiment.seeds) + 1)
+    """Seeds that the search and its final never saw."""
+    first = max(FIRST_FRESH, max(final_seeds(experiment)) + 1)
     return range(first, first + (count or max(FRESH_SEEDS, len(experiment.seeds))))
 
 

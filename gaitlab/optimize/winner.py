@@ -18,6 +18,7 @@ from gaitlab.optimize.validation import fresh_seeds
 from gaitlab.plugins import is_file_name
 from gaitlab.provenance import provenance
 from gaitlab.study import Candidate, History
+from gaitlab.study.finals import final_seeds
 
 FIRST_LINE = "# Winner of a search by gaitlab."  # of every file written here
 SUFFIXES = (".yaml", ".yml")
@@ -102,7 +103,7 @@ def _standing_alone(node: Node) -> Node:
 
 def _head(history: History, winner: Candidate) -> list[str]:
     experiment, study = history.experiment, history.study
-    seeds, grounds = list(experiment.seeds), ", ".join(experiment.parts.surfaces)
+    seeds, grounds = _seen(history), ", ".join(experiment.parts.surfaces)
     version = provenance(0.0)["gaitlab_version"]
     return [
         f"{FIRST_LINE} Candidate {winner.number} of {len(history.candidates)} of the study "
@@ -117,6 +118,12 @@ def _head(history: History, winner: Candidate) -> list[str]:
         f"# Seeds of the search: {min(seeds)} to {max(seeds)}. Digest of the study: "
         f"{experiment.digest[:16]}. gaitlab {version}.",
     ]
+
+
+def _seen(history: History) -> Sequence[int]:
+    """Seeds that the search, or its final, has walked with."""
+    experiment = history.experiment
+    return final_seeds(experiment) if history.finals else experiment.seeds
 
 
 def objective_text(history: History, candidate: Candidate, place: int) -> str:

@@ -54,7 +54,9 @@ class History:
     Attributes:
         experiment: What was searched; its `study` is there.
         candidates: In the order of their numbers.
-        best: Of one objective, the best of the candidates with all seeds that break no constraint.
+        finals: The finalists with the seeds of the final; empty until it was held.
+        best: Of one objective, the best of the candidates with all seeds that break no constraint;
+            after the final its winner.
         front: Of those, all that no other one beats in every objective.
         used: Simulated time of all their trials, in [s].
         planned: The same had every candidate walked with every seed, estimated from what each
@@ -63,6 +65,7 @@ class History:
 
     experiment: Experiment
     candidates: tuple[Candidate, ...]
+    finals: tuple[Candidate, ...] = ()
     best: Candidate | None = field(init=False)
     front: tuple[Candidate, ...] = field(init=False)
     used: float = field(init=False)
@@ -70,15 +73,18 @@ class History:
 
     def __post_init__(self) -> None:
         front = pareto_front(self.study, self.candidates)
-        single = len(self.study.objectives) == 1
         derived = {
             "front": front,
-            "best": front[0] if single and front else None,
+            "best": self._best(front) if len(self.study.objectives) == 1 else None,
             "used": sum(candidate.simulated for candidate in self.candidates),
             "planned": sum(self._in_full(candidate) for candidate in self.candidates),
         }
         for name, value in derived.items():
             object.__setattr__(self, name, value)
+
+    def _best(self, front: Sequence[Candidate]) -> Candidate | None:
+        standing = pareto_front(self.study, self.finals)
+        return next(iter((*standing, *front)), None)
 
     @property
     def study(self) -> Study:

@@ -6,12 +6,13 @@ from gaitlab.errors import UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.store import Store
 from gaitlab.study.candidates import Candidate, History, State
+from gaitlab.study.finals import with_final
 
 __all__ = ["Candidate", "History", "State", "history"]
 
 
 def history(experiment: Experiment, store: Store, storage: str | None = None) -> History:
-    """The candidates of a finished or half-finished search.
+    """The candidates of a finished or half-finished search, and its final if it was held.
 
     Args:
         experiment: What is searched.
@@ -30,4 +31,4 @@ def history(experiment: Experiment, store: Store, storage: str | None = None) ->
                 f"{experiment.name}: nothing was searched yet on {store.path}; "
                 f"`gaitlab optimize {experiment.name}` does"
             )
-        return History(experiment=experiment, candidates=database.told())
+        return with_final(History(experiment=experiment, candidates=database.told()), store)

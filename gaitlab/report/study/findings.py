@@ -178,6 +178,7 @@ class Findings:
         best: Of a single objective; None if nothing feasible walked with all seeds.
         front: Candidates that no other one beats in every objective; with a single objective the
             best alone, or nothing.
+        finals: The best with the seeds of the final; empty while there was none.
         chosen: The winner that was walked again: the best, or the middle of the front.
         importance: Objective by its place to share by dotted path; empty if there is too little.
         used: Simulated time of all candidates, in [s].
@@ -208,6 +209,7 @@ class Findings:
     called: str = ""
     facts: Mapping[str, str] = field(default_factory=dict)
     commands: Sequence[str] = ()
+    finals: Sequence[Candidate] = ()
 
     @cached_property
     def study(self) -> Study:

@@ -63,6 +63,7 @@ def _found(findings: Findings, folder: Path) -> list[str]:
         section("The winner", tables.winner_table(findings), HOW_TO_READ),
         section(
             "Is the winner real?",
+            _final(findings),
             tables.fresh_table(findings),
             tables.gains_table(findings),
             constraints,
@@ -72,6 +73,16 @@ def _found(findings: Findings, folder: Path) -> list[str]:
         _margins(findings, folder),
         _front(findings, folder),
     ]
+
+
+def _final(findings: Findings) -> str:
+    if not findings.finals:
+        return ""
+    note = (
+        "The best of many candidates is also the luckiest, so the best few walked with as many "
+        "seeds again, and all of these decided."
+    )
+    return f"{note}\n\n{search_tables.final_table(findings)}"
 
 
 def _missing_baseline(findings: Findings) -> str:

@@ -21,6 +21,24 @@ def front_table(findings: Findings) -> str:
     return _candidates_table(findings, ordered[:: max(1, len(ordered) // SHOWN_FRONT)])
 
 
+def final_table(findings: Findings) -> str:
+    """The finalists by what they did in the search and with all seeds of the final."""
+    told = {candidate.number: candidate for candidate in findings.candidates}
+    objective = findings.study.objectives[0]
+    what = escape(with_unit(metric_text(objective.metric), metric_unit(objective.metric)))
+    rows = [
+        [
+            f"{one.number}" + (", winner" if one == findings.chosen else ""),
+            f"{number(told[one.number].objectives[0])}, n = {told[one.number].seeds}",
+            f"{number(one.objectives[0])}, n = {one.seeds}",
+            "hold" if one.feasible else "**broken**",
+        ]
+        for one in findings.finals
+    ]
+    head = ["candidate", f"{what} in the search", "with the seeds of the final", "constraints"]
+    return table(head, rows, "lrrc")
+
+
 def near_misses(findings: Findings) -> list[Candidate]:
     """Candidates that walked, the least broken first; those that cannot be walked last."""
     order = sorted(
