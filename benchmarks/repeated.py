@@ -10,8 +10,10 @@ from pathlib import Path
 from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, candidate, load_experiment
 from gaitlab.objectives import Outcome, score
+from gaitlab.optimize.final import decided
 from gaitlab.optimize.search import optimize
 from gaitlab.optimize.tally import Searched
+from gaitlab.optimize.validation import running
 from gaitlab.plan import plan
 from gaitlab.statistics import mean_interval
 from gaitlab.store import Store
@@ -28,12 +30,14 @@ class Result:
         used: Simulated time of its candidates, in [s].
         searched: Objective of the winner in the search; NaN without one.
         fresh: The same on fresh seeds.
+        final: Objective of the winner of the final on fresh seeds.
         rate: Simulated seconds per second of wall time; 0 if nothing was walked.
     """
 
     used: float
     searched: float
     fresh: float
+    final: float
     rate: float
 
 
@@ -43,10 +47,12 @@ def searched(study: str, settings: Sequence[str], store: Store, jobs: int) -> Re
     found: Searched = optimize(experiment, store, jobs=jobs)
     history = found.tally.history
     best = history.best
+    after, _ = decided(found, store, running(store, jobs))
     return Result(
         used=history.used,
         searched=nan if best is None else best.objectives[0],
         fresh=_fresh(history, store, jobs),
+        final=_fresh(after.tally.history, store, jobs),
         rate=found.tally.rate,
     )
 

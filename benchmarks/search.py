@@ -29,8 +29,10 @@ def main() -> None:
     given = parser.parse_args()
     store = opened(given.store)
     samplers = (given.sampler, "random")
-    print(f"| repeat | {given.sampler} [s] | random [s] | {given.sampler}, fresh | random, fresh |")
-    print("|---|---|---|---|---|")
+    heads = [
+        f"{sampler}, {what}" for what in ("[s]", "fresh", "final, fresh") for sampler in samplers
+    ]
+    print(f"| repeat | {' | '.join(heads)} |\n|---|{'---|' * len(heads)}")
     rows: list[tuple[Result, Result]] = []
     for repeat in range(given.repeats):
         one, two = (
@@ -39,10 +41,12 @@ def main() -> None:
         )
         rows.append((one, two))
         print(f"| {repeat} | {one.used:.0f} | {two.used:.0f} ", end="")
-        print(f"| {one.fresh:.4f} | {two.fresh:.4f} |", flush=True)
-    for what in ("fresh", "searched"):
-        values = [[getattr(result, what) for result in side] for side in zip(*rows, strict=True)]
-        print(f"\n{given.sampler} minus random, {what} seeds: {difference(*values)}")
+        print(
+            f"| {one.fresh:.4f} | {two.fresh:.4f} | {one.final:.4f} | {two.final:.4f} |", flush=True
+        )
+    for what in ("searched", "fresh", "final"):
+        sides = [[getattr(result, what) for result in side] for side in zip(*rows, strict=True)]
+        print(f"\n{given.sampler} minus random, {what}: {difference(*sides)}")
 
 
 def _settings(given: argparse.Namespace, sampler: str, repeat: int) -> tuple[str, ...]:
