@@ -19,7 +19,8 @@ def percent(value: float) -> str:
 
 def interval(bounds: Interval, scale: float = 1.0) -> str:
     """An interval in square brackets, whole numbers."""
-    return f"[{scale * bounds.low:.0f}–{scale * bounds.high:.0f}]"
+    between = "–" if bounds.low >= 0.0 else ", "  # a dash beside a minus reads badly
+    return f"[{scale * bounds.low:.0f}{between}{scale * bounds.high:.0f}]"
 
 
 def share(count: int, n: int, bounds: Interval) -> str:
