@@ -69,6 +69,15 @@ def test_of_one_variant_the_grounds_are_compared_pair_by_pair():
     assert "over 40 pairs" in comparison(results)
 
 
+def test_two_grounds_are_compared_over_all_variants() -> None:
+    results = walks()
+    trials = results.trials.drop(columns="variant").to_dict("records")
+    two = results_of([w for w in trials if w["surface"] in SURFACES[:2]], compare=False)
+    page = comparison(two)
+    assert page.index("## Comparison") < page.index("## The grounds compared")
+    assert "over 80 pairs" in page.partition("## The grounds compared")[2]
+
+
 def test_a_ground_is_as_much_better_as_the_other_is_worse():
     results = only_plain(walks(), *SURFACES[:2])
     there = stable_contrast(matched_grounds(results, *SURFACES[:2]))

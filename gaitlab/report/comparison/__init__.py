@@ -36,16 +36,26 @@ distance, both of a pair. *Seeds that would tell*: a cell, for 80 % power at the
 
 
 def comparison(results: Results) -> str:
-    """The section on how variants differ, as Markdown; of one variant, how the grounds do."""
+    """How variants differ, as Markdown, and how grounds do if that is what the page is about.
+
+    That is with one variant, or with two grounds, say a team's own beside a shipped one. Empty if
+    there is nothing to compare.
+    """
     order = in_order(results)
-    if len(order) < 2:
-        return _grounds(results)
+    grounds = list(dict.fromkeys(map(str, results.trials["surface"])))
+    parts = [_variants(results, order)] if len(order) > 1 else []
+    if len(grounds) > 1 and (len(order) < 2 or len(grounds) == 2):
+        parts.append(_grounds(results, grounds))
+    return "\n\n".join([*parts, HOW_TO_READ]) if parts else ""
+
+
+def _variants(results: Results, order: Sequence[Variant]) -> str:
+    """Every further variant against the first."""
     first, *others = order
     shown = others[:MOST_VARIANTS]
     rest = len(others) - len(shown)
     more = f"{plural(rest, 'further variant')} left out." if rest else ""
-    blocks = [_against(results, first, other) for other in shown]
-    return section("Comparison", *blocks, more, HOW_TO_READ)
+    return section("Comparison", *(_against(results, first, other) for other in shown), more)
 
 
 def in_order(results: Results) -> list[Variant]:
@@ -76,13 +86,13 @@ def _against(results: Results, first: Variant, second: Variant) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
-def _grounds(results: Results) -> str:
-    """Every further ground against the first; empty when there is only one."""
-    first, *others = dict.fromkeys(map(str, results.trials["surface"]))
+def _grounds(results: Results, grounds: Sequence[str]) -> str:
+    """Every further ground against the first."""
+    first, *others = grounds
     blocks = [_ground(results, first, other) for other in others[: MOST_GROUNDS - 1]]
     rest = len(others) - len(blocks)
     more = f"{plural(rest, 'further ground')} left out." if rest else ""
-    return section("The grounds compared", *blocks, more, HOW_TO_READ) if blocks else ""
+    return section("The grounds compared", *blocks, more)
 
 
 def _ground(results: Results, first: str, second: str) -> str:
