@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from gaitlab.log import TrialLog
 from gaitlab.report.figure_style import (
@@ -37,7 +38,8 @@ THIN = "#8F8F8F"  # seeds beside the shown one
 LARGEST_SHOWN = 30.0  # degrees; a robot lying down would flatten the walk before it
 SMALLEST_SHOWN = 8.0  # degrees
 LONGEST_SHOWN = 15.0  # s, the end of longer walks
-BEFORE = 0.2  # s, shown of the start-up
+BEFORE = 0.2  # s, shown of the start-up, or before the first fall in it
+TICKS = 6  # of the time axis at most
 POINTS = 1500  # of a curve; more than the page has pixels
 OUTSIDE = 0.002  # m beyond the support polygon's edge from which on the ZMP is marked
 HEIGHTS = (1.5, 1.3, 1.3, 1.3, 0.45)  # in, of the rows
@@ -78,6 +80,7 @@ def balance_figure(columns: Sequence[Column]) -> Figure:
             _draw(axis, column, window)
             axis[0].set_title(wrapped(column.walk.title, width=84 // len(columns)))
             axis[-1].set_xlabel("time since walking at full amplitude [s]")
+            axis[-1].xaxis.set_major_locator(MaxNLocator(TICKS))
         _finish(axes, columns, window)
         figure.legend(handles=_keys(), loc="outside lower center", ncols=4, fontsize=7.5)
     return figure
@@ -85,8 +88,9 @@ def balance_figure(columns: Sequence[Column]) -> Figure:
 
 def _window(columns: Sequence[Column]) -> tuple[float, float]:
     """First and last instant shown, in [s]."""
-    end = max(float(walking_time(log)[_last(log)]) for c in columns for log in c.logs)
-    return max(-BEFORE, end - LONGEST_SHOWN), end + 0.02 * min(end, LONGEST_SHOWN) + 0.02
+    ends = [float(walking_time(log)[_last(log)]) for c in columns for log in c.logs]
+    begin, end = min(0.0, *ends) - BEFORE, max(ends)  # some fall before they walk
+    return max(begin, end - LONGEST_SHOWN), end + 0.02 * min(abs(end), LONGEST_SHOWN) + 0.02
 
 
 def _last(log: TrialLog) -> int:
@@ -118,20 +122,22 @@ def _draw_angle(axis: Axes, column: Column, name: str, window: tuple[float, floa
     for log in column.others:
         rows = _rows(log, window)
         axis.plot(walking_time(log)[rows], np.degrees(log[name][rows]), color=THIN, linewidth=0.5)
-        _mark_fall(axis, log, name, size=4.0)
+        _mark_fall(axis, log, name, window, size=4.0)
     log = column.walk.log
     rows = _rows(log, window)
     axis.plot(walking_time(log)[rows], np.degrees(log[name][rows]), color=BLUE, linewidth=1.3)
-    _mark_fall(axis, log, name, size=8.0)
+    _mark_fall(axis, log, name, window, size=8.0)
 
 
-def _mark_fall(axis: Axes, log: TrialLog, name: str, size: float) -> None:
-    if log.fall_index is None:
+def _mark_fall(
+    axis: Axes, log: TrialLog, name: str, window: tuple[float, float], size: float
+) -> None:
+    if log.fall_index is None or walking_time(log)[log.fall_index] < window[0]:
         return
     value = float(np.clip(np.degrees(log[name][log.fall_index]), -LARGEST_SHOWN, LARGEST_SHOWN))
-    at = walking_time(log)[log.fall_index]
+    at, edge = walking_time(log)[log.fall_index], size / 4.0
     axis.plot(
-        at, value, "x", color=VERMILLION, markersize=size, markeredgewidth=size / 4.0, clip_on=False
+        at, value, "x", color=VERMILLION, markersize=size, markeredgewidth=edge, clip_on=False
     )
 
 
