@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from gaitlab.kinematics.fsr import averaged, load_index, normalised_zmp
-from gaitlab.log import FEET, FSRS, TrialLog
+from gaitlab.log import TrialLog
+from gaitlab.log_columns import FEET, FSRS
 
 READING = 0.01  # s between two readings; NAO's own
 

@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from gaitlab.fall import fall_causes
-from gaitlab.log import FEET, FSRS, LogHeader, TrialLog, columns
+from gaitlab.log import LogHeader, TrialLog
+from gaitlab.log_columns import FEET, FSRS, columns
 
 Course: TypeAlias = Callable[[np.ndarray], np.ndarray] | float
 """A column as a function of the time walked, in [s] since the start-up's end, or a constant."""

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from gaitlab.body import Box, Joint, Link, Sole, Tree, require_limits
+from gaitlab.body import Box, Joint, Link, Tree, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
+from gaitlab.soles import Sole
 
 SOLE = Sole(length=0.12, width=0.08, heel=0.05, height=0.04, kind="flat")
 

@@ -8,9 +8,10 @@ from functools import cached_property
 import numpy as np
 import pytest
 
-from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Sole, Tree
+from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Tree
 from gaitlab.engine import Engine
 from gaitlab.settings import EngineSettings, Spread
+from gaitlab.soles import Sole
 from gaitlab.surfaces.files import load_surface
 from tests.ground.bench import LOCK, STILL
 

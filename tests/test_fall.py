@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.fall import CAUSES, FallDetector, fall_causes
-from gaitlab.log import columns
+from gaitlab.log_columns import columns
 
 DT = 0.002
 HEIGHT = 0.3

@@ -11,7 +11,8 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
     "errors plugins randomness parameters documents kinematics provenance statistics reference",
-    "motion settings log sensing body soles limbs commands motions urdf fall surfaces servos",
+    "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
+    "servos",
     "gaits robots metrics",
     "trial experiment objectives plan engine store picture",
     "simulate report audit replay export",

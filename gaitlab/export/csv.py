@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.export.recorded import Recorded
-from gaitlab.log import Column, columns
+from gaitlab.log_columns import Column, columns
 
 
 def write_csv(shown: Recorded, path: Path) -> list[Path]:

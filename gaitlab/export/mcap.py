@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitlab.body import Link
 from gaitlab.export.recorded import NANOSECONDS, Recorded
-from gaitlab.log import FEET, Column, columns
+from gaitlab.log_columns import FEET, Column, columns
 from gaitlab.picture.robot import link_colour
 from gaitlab.picture.scene import channels
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitlab.export.recorded import NANOSECONDS, Recorded
-from gaitlab.log import FEET, columns
+from gaitlab.log_columns import FEET, columns
 from gaitlab.picture.robot import link_colour
 from gaitlab.picture.scene import channels
 

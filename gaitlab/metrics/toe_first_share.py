@@ -6,7 +6,8 @@ from math import nan
 
 import numpy as np
 
-from gaitlab.log import FEET, FSRS, TrialLog
+from gaitlab.log import TrialLog
+from gaitlab.log_columns import FEET, FSRS
 
 UNIT = "-"
 BETTER = "lower"

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitlab.body import Link, LinkPoses, Sole, Tree
+from gaitlab.body import Link, LinkPoses, Tree
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import TrialLog
 from gaitlab.picture.lawn import Footprint
 from gaitlab.picture.scene import Faces, box_faces, disc
+from gaitlab.soles import Sole
 
 ALUMINIUM, DARK, ORANGE = "#C9D1D8", "#3A4148", "#E08A1E"
 STEEL = "#5A646D"  # links that roll, yaw or follow

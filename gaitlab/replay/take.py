@@ -14,7 +14,8 @@ from scipy.ndimage import gaussian_filter1d
 from gaitlab.body import LinkPoses, Tree
 from gaitlab.fall import CAUSES
 from gaitlab.kinematics.transforms import rotation_of
-from gaitlab.log import FEET, TrialLog
+from gaitlab.log import TrialLog
+from gaitlab.log_columns import FEET
 from gaitlab.picture.lawn import Footprint
 from gaitlab.picture.robot import robot_faces
 from gaitlab.surfaces.surface import Surface

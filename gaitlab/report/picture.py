@@ -9,12 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitlab.body import Sole, Tree
+from gaitlab.body import Tree
 from gaitlab.log import TrialLog
 from gaitlab.picture.lawn import Patch, ground_faces
 from gaitlab.picture.robot import Stance, robot_faces, stance_at
 from gaitlab.picture.scene import Camera, paint
 from gaitlab.report.figure_style import INK, TEXT_WIDTH, VERMILLION, new_figure, style
+from gaitlab.soles import Sole
 from gaitlab.surfaces.surface import Surface
 
 SIDE = Camera(azimuth=radians(-66.0), elevation=radians(13.0))

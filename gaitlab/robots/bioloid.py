@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import ROUNDING, Box, Link, Part, Sole, Tree, both_legs, limb, require_limits
+from gaitlab.body import ROUNDING, Box, Link, Part, Tree, both_legs, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dynamixel import servo_counts
 from gaitlab.kinematics.five_joint_leg import FiveJointLeg
@@ -28,6 +28,7 @@ from gaitlab.kinematics.leg import LegGeometry
 from gaitlab.limbs import Limb, head_limb, planar_leg_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
+from gaitlab.soles import Sole
 
 Side = Literal["left", "right"]
 Axis = Literal["x", "y", "z"]

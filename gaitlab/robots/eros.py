@@ -18,7 +18,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Box, Link, Part, Sole, Tree, limb, require_limits
+from gaitlab.body import Box, Link, Part, Tree, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.arm import ArmGeometry
 from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
@@ -27,6 +27,7 @@ from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.limbs import Limb, head_limb, leg_limb, short_arm_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
+from gaitlab.soles import Sole
 
 Side = Literal["left", "right"]
 Axis = Literal["x", "y", "z"]

@@ -24,7 +24,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Axis, Box, Coupling, Link, Part, Sole, Tree, limb, require_limits
+from gaitlab.body import Axis, Box, Coupling, Link, Part, Tree, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dh_arm import DhArm
 from gaitlab.kinematics.dh_head import DhHead
@@ -34,7 +34,7 @@ from gaitlab.kinematics.parallelogram import parallelogram_joints, plate_joints
 from gaitlab.limbs import Limb, arm_limb, head_limb, leg_limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
-from gaitlab.soles import require_parallel
+from gaitlab.soles import Sole, require_parallel
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")

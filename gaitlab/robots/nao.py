@@ -21,7 +21,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Axis, Box, Joint, Link, Sole, Tree, require_limits
+from gaitlab.body import Axis, Box, Joint, Link, Tree, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.slanted_leg import SlantedLeg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
@@ -29,6 +29,7 @@ from gaitlab.limbs import Limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 from gaitlab.reference import rows
+from gaitlab.soles import Sole
 from gaitlab.urdf import box_of_inertia
 
 Side = Literal["left", "right"]

@@ -10,7 +10,8 @@ from gaitlab.body import LinkPoses, Robot, couplings_of
 from gaitlab.kinematics.fsr import sensor_loads
 from gaitlab.kinematics.polygon import support_margin
 from gaitlab.kinematics.transforms import quaternion_of, roll_pitch_yaw, rotation_of
-from gaitlab.log import FEET, FSRS, LogHeader, TrialLog
+from gaitlab.log import LogHeader, TrialLog
+from gaitlab.log_columns import FEET, FSRS
 from gaitlab.motion import FeetPoses
 from gaitlab.simulate.recording import Contacts, Recording
 

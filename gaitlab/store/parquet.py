@@ -17,7 +17,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from gaitlab.log import LogHeader, TrialLog, columns
+from gaitlab.log import LogHeader, TrialLog
+from gaitlab.log_columns import columns
 from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
 OLDEST_VERSION = 1  # of the file that can still be read

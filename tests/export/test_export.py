@@ -12,7 +12,7 @@ import pytest
 
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.export import FORMATS, Recorded, write_export
-from gaitlab.log import columns
+from gaitlab.log_columns import columns
 from gaitlab.store import Store
 from tests.walked import commit, record, walked
 

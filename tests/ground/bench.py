@@ -10,10 +10,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pybullet
 
-from gaitlab.body import Box, Joint, Link, Sole, Tree
+from gaitlab.body import Box, Joint, Link, Tree
 from gaitlab.engine import Engine
 from gaitlab.servos import Servo
 from gaitlab.settings import EngineSettings, Spread
+from gaitlab.soles import Sole
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
 

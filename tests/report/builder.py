@@ -9,11 +9,13 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from gaitlab.body import Box, Joint, Link, Sole, Tree
-from gaitlab.log import LogHeader, TrialLog, columns
+from gaitlab.body import Box, Joint, Link, Tree
+from gaitlab.log import LogHeader, TrialLog
+from gaitlab.log_columns import columns
 from gaitlab.motion import FeetPoses
 from gaitlab.report.results import Results
 from gaitlab.report.variants import PLAIN, Variant, find_variants
+from gaitlab.soles import Sole
 from gaitlab.surfaces import TuftedPile
 from gaitlab.trial import Names, Plugin, Trial
 

@@ -14,7 +14,8 @@ import pytest
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.transforms import rotation_of
-from gaitlab.log import GRAVITY, TrialLog, columns
+from gaitlab.log import GRAVITY, TrialLog
+from gaitlab.log_columns import columns
 from gaitlab.settings import Horizon
 from gaitlab.simulate import simulate
 from tests.trials import STILL, standing, trial

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from gaitlab.log import FEET, TrialLog
+from gaitlab.log import TrialLog
+from gaitlab.log_columns import FEET
 from gaitlab.report.figure_style import (
     BLACK,
     BLUE,

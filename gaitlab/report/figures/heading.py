@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gaitlab.kinematics.transforms import rotation_of
-from gaitlab.log import FEET, TrialLog
+from gaitlab.log import TrialLog
+from gaitlab.log_columns import FEET
 
 AXES = ("forward", "left")
 
