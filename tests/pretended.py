@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gaitlab.dispatch import dispatch
+from gaitlab.dispatch import Silent, Started, dispatch
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.store import Store, TrialRecord
 from tests import recorded
@@ -57,11 +57,21 @@ def pretend_well(
     return pretend(trial_id, trial, store, pause=pause, faults=False)
 
 
+class Speaking(Silent):
+    """Tells another process how a run goes; a signal may come at any instant, so not by `print`."""
+
+    def started(self, trial: Started) -> None:
+        os.write(1, b"started\n")
+
+    def message(self, text: str) -> None:
+        os.write(1, text.encode() + b"\n")
+
+
 if __name__ == "__main__":
     import gaitlab.dispatch.sweep
     from tests.pretended import pretend_well as task
 
     gaitlab.dispatch.sweep.simulated = partial(task, pause=float(sys.argv[2]))
     print("ready", flush=True)
-    summary = dispatch(experiment(), Store(Path(sys.argv[1])), jobs=2)
+    summary = dispatch(experiment(), Store(Path(sys.argv[1])), jobs=2, progress=Speaking())
     print(summary.planned, summary.done, summary.left, summary.interrupted, flush=True)

@@ -152,22 +152,29 @@ def test_the_first_signal_finishes_the_running_trials(store: Store, number: int)
         wait_for_trials(store, 3)
         process.send_signal(number)
         out, err = process.communicate(timeout=30.0)
-    planned, done, left, interrupted = out.split()
+    planned, done, left, interrupted = out.splitlines()[-1].split()
     assert (process.returncode, int(planned), interrupted) == (0, CELLS, "True"), err
     assert int(done) == len(store.states()) < CELLS
     assert int(left) == CELLS - int(done)
 
 
+def heard(process: subprocess.Popen[str], word: str) -> None:
+    """Wait until a driver says something."""
+    assert process.stdout is not None
+    assert any(line.startswith(word) for line in process.stdout), "the driver has ended"
+
+
 def test_the_second_ctrl_c_kills(store: Store) -> None:
-    with driver(store, pause=2.0) as process:
-        wait_for_trials(store, 1)
-        end = time.monotonic() + 30.0
-        while process.poll() is None and time.monotonic() < end:
-            process.send_signal(signal.SIGINT)  # two at once may arrive as one
-            time.sleep(0.1)
+    with driver(store, pause=60.0) as process:
+        heard(process, "started")
+        heard(process, "started")
+        process.send_signal(signal.SIGINT)
+        heard(process, "stopping")
+        process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=30.0)
     assert process.returncode != 0
     assert "KeyboardInterrupt" in err
+    assert store.states() == {}
 
 
 @pytest.mark.usefixtures("well")
