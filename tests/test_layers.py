@@ -19,7 +19,7 @@ LEVELS = [
     "run study",
     "executors worker",
     "dispatch",
-    "optimize regression",
+    "optimize regression reproduction",
     "cli",
     "__main__",
 ]

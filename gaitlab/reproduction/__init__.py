@@ -1,0 +1,1 @@
+"""A paper's findings predicted anew: several experiments whose results share one page."""
