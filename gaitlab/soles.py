@@ -1,4 +1,10 @@
-"""Soles: where they stand on the ground, and what legs of parallelograms let them do."""
+"""Soles: where they stand on the ground, and what legs of parallelograms let them do.
+
+Equal supports on a bed of stiffness K resist tipping with K times the mean square of their
+distance from the middle. n of them out to the edges of a length L give
+K L^2 / 12 (n + 1) / (n - 1), derived here: K L^2 / 4 for two, K L^2 / 7.2 for four, and
+K L^2 / 12 in the limit of a uniform pressure.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +17,9 @@ from gaitlab.errors import Infeasible
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
+MOST_SUPPORTS = 12  # along or across; each one is a contact that the engine solves
+_GRID = "assumption: a few points stand for a plate; the more, the nearer to uniform pressure"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sole:
@@ -21,7 +30,25 @@ class Sole:
     heel: float = parameter(unit="m", low=0.0, high=1.0, doc="ankle axis to the heel edge")
     height: float = parameter(unit="m", low=0.005, high=0.5, doc="ankle axis over the sole")
     kind: Literal["flat", "studs"] = parameter(
-        unit="-", doc="flat is a 4 x 3 grid of equal supports out to the edges, studs four corners"
+        unit="-", doc="flat is a grid of equal supports out to the edges, studs four corners"
+    )
+    supports_along: int = parameter(
+        4,
+        unit="-",
+        low=2,
+        high=MOST_SUPPORTS,
+        doc="rows of supports from heel to toe of a flat sole",
+        source=_GRID,
+        late=True,
+    )
+    supports_across: int = parameter(
+        3,
+        unit="-",
+        low=2,
+        high=MOST_SUPPORTS,
+        doc="supports of each row of a flat sole",
+        source=_GRID,
+        late=True,
     )
 
     @property
@@ -48,7 +75,8 @@ class Sole:
 
     def supports(self, foot: int = 0) -> np.ndarray:
         """Support points in the foot link frame, in [m], from the rear right. Shape (m, 3)."""
-        along, across = (4, 3) if self.kind == "flat" else (2, 2)
+        grid = (self.supports_along, self.supports_across)
+        along, across = grid if self.kind == "flat" else (2, 2)
         x = np.linspace(-self.heel, self.length - self.heel, along)
         y = np.linspace(-self.width / 2.0, self.width / 2.0, across) + self.centre_of(foot)[1]
         grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)

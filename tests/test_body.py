@@ -1,5 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gaitlab.body import Box, Joint, Link, Tree, require_limits
 from gaitlab.errors import Infeasible
@@ -64,6 +68,31 @@ def test_supports_reach_the_edges_and_balance_about_the_centre() -> None:
         np.testing.assert_allclose(supports.min(axis=0), [-0.05, -0.04, -0.04], atol=1e-15)
         np.testing.assert_allclose(supports.max(axis=0), [0.07, 0.04, -0.04], atol=1e-15)
         np.testing.assert_allclose(supports.mean(axis=0), sole.centre, atol=1e-15)
+
+
+@given(n=st.integers(2, 12), across=st.integers(2, 12), length=st.floats(0.02, 0.4))
+def test_equal_supports_out_to_the_edges_resist_tipping_by_their_number(n, across, length) -> None:
+    sole = replace(SOLE, length=length, heel=0.3 * length, supports_along=n, supports_across=across)
+    x, y = (sole.supports() - sole.centre)[:, :2].T
+    assert len(x) == n * across
+    assert np.mean(x**2) == pytest.approx(length**2 / 12.0 * (n + 1) / (n - 1))
+    assert np.mean(y**2) == pytest.approx(0.08**2 / 12.0 * (across + 1) / (across - 1))
+
+
+def test_more_supports_come_nearer_to_uniform_pressure() -> None:
+    def resistance(n: int) -> float:
+        x = replace(SOLE, supports_along=n).supports()[:, 0] - SOLE.centre[0]
+        return float(np.mean(x**2)) / (SOLE.length**2 / 12.0)
+
+    ratios = [resistance(n) for n in range(2, 13)]
+    assert ratios == sorted(ratios, reverse=True)
+    assert ratios[0] == pytest.approx(3.0)
+    assert 1.0 < ratios[-1] < 1.2
+
+
+def test_studs_stay_four_however_dense_a_flat_sole_would_be() -> None:
+    studs = replace(SOLE, kind="studs", supports_along=6, supports_across=5)
+    np.testing.assert_array_equal(np.sort(studs.supports(), 0), np.sort(studs.corners(), 0))
 
 
 def test_corners_come_rear_right_rear_left_front_right_front_left() -> None:

@@ -115,7 +115,7 @@ class BioloidSole(Sole):
     kind: Literal["flat", "studs"] = parameter(
         "flat",
         unit="-",
-        doc="flat is a 4 x 3 grid of equal supports out to the edges, studs four corners",
+        doc="flat is a grid of equal supports out to the edges, studs four corners",
         source="assumption: the kit's plastic plate",
     )
 

@@ -97,7 +97,7 @@ class FlowSole(Sole):
     kind: Literal["flat", "studs"] = parameter(
         "flat",
         unit="-",
-        doc="flat is a 4 x 3 grid of equal supports out to the edges, studs four corners",
+        doc="flat is a grid of equal supports out to the edges, studs four corners",
         source="assumption: the paper does not describe the sole",
     )
 

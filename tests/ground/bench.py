@@ -39,13 +39,17 @@ class Sled:
     mass: float = 3.5
     kind: str = "studs"
     pitch: float = 0.0
+    grid: tuple[int, int] = (4, 3)
     name: str = "sled"
     feet: tuple[str, str] = ("left_foot", "right_foot")
     sole: Sole = field(init=False)
     tree: Tree = field(init=False)
 
     def __post_init__(self) -> None:
-        sole = Sole(length=0.125, width=0.080, heel=0.0625, height=0.038, kind=self.kind)
+        sole = Sole(
+            length=0.125, width=0.080, heel=0.0625, height=0.038, kind=self.kind,
+            supports_along=self.grid[0], supports_across=self.grid[1],
+        )  # fmt: skip
         beam = Link(
             name="beam", parent=None, origin=(0.0, 0.0, 0.0), joint=None, mass=self.mass - 0.24,
             box=Box(size=(0.10, 0.30, 0.02), centre=(0.0, 0.0, 0.0)),

@@ -44,6 +44,41 @@ def test_pressed_soles_sink_as_the_pile_law_says(name: str, kind: str) -> None:
         assert sink == pytest.approx(law, rel=0.05, abs=2e-5)  # Bullet's slop is 1e-5 m
 
 
+@pytest.mark.parametrize("grid", [(3, 3), (6, 5)])
+@pytest.mark.parametrize("name", ["grass_30mm", "webots_grass"])
+def test_the_number_of_supports_does_not_change_how_deep_a_sole_sinks(
+    name: str, grid: tuple[int, int]
+) -> None:
+    gaps = []
+    for points in ((4, 3), grid):
+        with Bench(surface(name), Sled(kind="flat", grid=points), gap=0.015) as bench:
+            bench.run(1.0)
+            gaps.append(bench.gap)
+    assert gaps[1] == pytest.approx(gaps[0], abs=5e-5)
+
+
+@pytest.mark.parametrize("along", [2, 3, 4, 6, 12])
+@pytest.mark.parametrize("name", PEDESTALS)
+def test_a_grid_resists_pitching_as_its_number_of_supports_says(name: str, along: int) -> None:
+    """K L^2 / 12 (n + 1) / (n - 1) at the gap that carries the robot, for a small angle."""
+    ground, small = surface(name, hysteresis=0.0, toe_catch=0.0), 1e-4
+    law, sled = ground.law(), Sled(kind="flat", grid=(along, 3))
+    gap = law.gap_under(34.3 / AREA)
+    pressed = pile_for(
+        ground, sled.sole, weight=34.3, foot_mass=0.12, dt=DT,
+        rng=np.random.default_rng(0), irregularity=0.0,
+    )  # fmt: skip
+    moments = []
+    for pitch in (small, -small):
+        memory = new_footprint(len(pressed.supports))
+        answer = moved(pressed, memory, gap, (0.0, 0.0, 0.0), pitch)
+        moments.append(_lift(pressed, answer, gap, pitch)[1])
+    stiffness = AREA * float(law.stiffness(gap)) * 0.125**2 / 12.0
+    measured = (moments[1] - moments[0]) / (2.0 * small)
+    tipping = 34.3 * 0.038  # N m, the load under the ankle that the sole swings out from
+    assert measured + tipping == pytest.approx(stiffness * (along + 1) / (along - 1), rel=0.02)
+
+
 @pytest.mark.parametrize("name", PEDESTALS)
 def test_blade_friction_holds_the_sole_within_its_band_about_the_law(name: str) -> None:
     ground, load = surface(name), 34.0
