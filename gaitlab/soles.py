@@ -75,8 +75,8 @@ class Sole:
 
     def supports(self, foot: int = 0) -> np.ndarray:
         """Support points in the foot link frame, in [m], from the rear right. Shape (m, 3)."""
-        grid = (self.supports_along, self.supports_across)
-        along, across = grid if self.kind == "flat" else (2, 2)
+        counts = (self.supports_along, self.supports_across)
+        along, across = counts if self.kind == "flat" else (2, 2)
         x = np.linspace(-self.heel, self.length - self.heel, along)
         y = np.linspace(-self.width / 2.0, self.width / 2.0, across) + self.centre_of(foot)[1]
         grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
