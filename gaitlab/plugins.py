@@ -39,7 +39,9 @@ BESIDE_PACKAGE: dict[str, str] = {
     "motion": "motions",
     "experiment": "experiments",
 }
-WITHIN: dict[str, tuple[str, ...]] = {"experiment": ("studies",)}  # folders that names reach into
+WITHIN: dict[str, tuple[str, ...]] = {  # folders that names reach into
+    "experiment": ("studies", "reproduction"),
+}
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gait": (".py",),
     "robot": (".py",),

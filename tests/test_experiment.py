@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gaitlab.documents import parse
 from gaitlab.errors import FileError, UnknownName, UsageError
-from gaitlab.experiment import load_experiment
+from gaitlab.experiment import is_reproduction, load_experiment
 from gaitlab.plan import plan
 from gaitlab.plugins import names
 from tests.written import EXPERIMENT, GAIT, changed, problems, read, write
@@ -18,7 +18,7 @@ from tests.written import EXPERIMENT, GAIT, changed, problems, read, write
 TABLE_ROWS = {0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, -0.04, -0.08, -0.12}  # m, half the travel
 
 
-@pytest.mark.parametrize("name", names("experiment"))
+@pytest.mark.parametrize("name", [n for n in names("experiment") if not is_reproduction(n)])
 def test_every_shipped_experiment_is_right(name: str) -> None:
     experiment = load_experiment(name)
     assert experiment.name == name
@@ -106,6 +106,30 @@ def test_another_gait_leaves_the_parameters_of_the_base_behind(tmp_path: Path) -
     assert type(child.parts.gait).__module__ == "gaitlab.gaits.eros"
     default = type(child.parts.gait)(step_length=0.0).step_height
     assert child.parts.gait.step_height == default
+
+
+def test_a_key_with_nothing_after_it_leaves_out_what_the_base_has(tmp_path: Path) -> None:
+    write(tmp_path, EXPERIMENT + "surface: {friction_scale: 1.2}\n", "base.yaml")
+    child = read(tmp_path, "include: base.yaml\nsurface:\nzip:\n")
+    assert child.parts.surfaces == read(tmp_path).parts.surfaces
+    assert child.varied == ("gait.step_length", "robot.sole.kind")
+    assert len(child.seeds) == 4
+
+
+@pytest.mark.parametrize("head", ["", "include: base.yaml\n"])
+def test_a_key_with_nothing_after_it_is_a_mistake_where_no_base_has_it(tmp_path, head) -> None:
+    write(tmp_path, EXPERIMENT.partition("grid:")[0], "base.yaml")
+    rest = "" if head else EXPERIMENT.partition("grid:")[0]
+    (found,) = problems(tmp_path, f"{head}{rest}grid:\n")
+    assert (found.file.name, found.line) == ("walk.yaml", len((head + rest).splitlines()) + 1)
+
+
+def test_a_reproduction_is_no_experiment(tmp_path: Path) -> None:
+    file = write(tmp_path, "reproduction: {members: [{experiment: eros_quick}]}\n", "whole.yaml")
+    assert is_reproduction(file)
+    assert not is_reproduction("eros_quick")
+    with pytest.raises(UsageError, match="whole is a reproduction"):
+        load_experiment(file)
 
 
 def test_a_mistake_in_a_base_file_is_placed_there(tmp_path: Path) -> None:

@@ -4,7 +4,8 @@ SI units and radians throughout. Keys:
 
     name: eros_table7               name of the results; by default the file's
     title, description              text
-    include: bases/eros.yaml        a base file; where both have a value this file wins
+    include: bases/eros.yaml        a base file; where both have a value this file wins, and a
+                                    key with nothing after it leaves out the base's
     robot: eros                     a name, a file (./my_robot.py), or {type: eros, mass: 3.5}
     gait: {type: eros, step_height: 0.03}
     walkers:                        several robots, instead of robot: and gait:
@@ -40,7 +41,7 @@ from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.experiment import Experiment, load_experiment
 from gaitlab.experiment.parts import Parts, Value, changed, try_out
-from gaitlab.experiment.purposes import refuse_study, study_of
+from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 
@@ -54,6 +55,7 @@ __all__ = [
     "candidate",
     "changed",
     "combinations",
+    "is_reproduction",
     "load_experiment",
     "refuse_study",
     "study_of",

@@ -21,6 +21,7 @@ from gaitlab.experiment.study import Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
 from gaitlab.plugins import locate
 
+REPRODUCTION = "reproduction"  # key of a file that is no experiment
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
@@ -86,10 +87,17 @@ def load_experiment(
     Raises:
         UnknownName: If there is no such experiment.
         FileError: Everything that is wrong in it, with file, line and column.
-        UsageError: If a setting or the number of seeds makes no sense.
+        UsageError: If a setting or the number of seeds makes no sense, or the file is a
+            reproduction.
     """
     path = locate("experiment", str(name_or_path))
     tree, included = read_tree(path)
+    if REPRODUCTION in tree.mapping:
+        raise UsageError(
+            f"{path.stem} is a reproduction: several experiments on one page. `gaitlab run` and "
+            "`gaitlab report` take it whole; give any other command one of its experiments, which "
+            f"`gaitlab show {path.stem}` lists"
+        )
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]
     for setting in settings:

@@ -1,10 +1,24 @@
-"""Whether a file is to be run as it stands or to be searched."""
+"""Whether a file is to be run as it stands, to be searched, or to be reproduced from others."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from gaitlab.documents import load
 from gaitlab.errors import UsageError
-from gaitlab.experiment.experiment import Experiment
+from gaitlab.experiment.experiment import REPRODUCTION, Experiment
 from gaitlab.experiment.study import Study
+from gaitlab.plugins import locate
+
+
+def is_reproduction(name_or_path: str | Path) -> bool:
+    """Whether a file sets several experiments on one page, instead of being one.
+
+    Raises:
+        UnknownName: If there is no such file.
+        FileError: If it is no YAML.
+    """
+    return REPRODUCTION in load(locate("experiment", str(name_or_path))).mapping
 
 
 def study_of(experiment: Experiment) -> Study:

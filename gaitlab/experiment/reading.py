@@ -103,9 +103,14 @@ def _mapping_at(node: Node) -> Node:
 
 
 def _on_base(base: Node, child: Node) -> Node:
-    """The child wins; another `type` leaves the parameters of the base's type behind."""
+    """The child wins; another `type` leaves the parameters of the base's type behind.
+
+    A key with nothing after it leaves out what the base has there.
+    """
     dropped = [name for name in TYPED if _changes_type(base, child, name)]
-    return merged(base.without(*dropped), child)
+    empty = [key for key, node in child.mapping.items() if node.value is None]
+    left_out = [key for key in empty if key in base.mapping]
+    return merged(base.without(*dropped, *left_out), child.without(*left_out))
 
 
 def _changes_type(base: Node, child: Node, name: str) -> bool:
