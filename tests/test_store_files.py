@@ -70,6 +70,20 @@ def test_a_trial_without_a_log_says_why_it_has_none(store: Store) -> None:
     store.commit(recorded.record(1, "INFEASIBLE"), None)
     with pytest.raises(StoreError, match=r"it ended INFEASIBLE: .*left_leg at tick 7"):
         store.log(recorded.trial_id(1))
+    with pytest.raises(StoreError, match=r"it ended INFEASIBLE"):
+        store.log_part(recorded.trial_id(1), ["time"])
+
+
+def test_a_part_of_a_log_is_the_same_as_in_the_whole(store: Store) -> None:
+    names = ("time", "pitch", "support", "body_contact")
+    store.commit(recorded.record(1), recorded.log())
+    name = recorded.trial_id(1)
+    part, whole = store.log_part(name, names), store.log(name)
+    assert part.header == whole.header
+    assert set(part.arrays) == set(names)
+    for column in names:
+        assert part.arrays[column].dtype == whole.arrays[column].dtype
+        assert part.arrays[column].tobytes() == whole.arrays[column].tobytes()
 
 
 def test_any_parquet_reader_finds_units_and_one_row_a_tick(store: Store) -> None:

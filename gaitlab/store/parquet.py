@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import pyarrow as pa
@@ -45,6 +46,13 @@ class Unreadable(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         return type(self), (self.path, self.kind, self.why)
+
+
+class LogPart(NamedTuple):
+    """Some columns of a log, by name, and its header."""
+
+    header: LogHeader
+    arrays: dict[str, np.ndarray]
 
 
 def encode(record: TrialRecord, log: TrialLog | None) -> bytes:
@@ -87,6 +95,26 @@ def read_log(path: Path) -> TrialLog | None:
     if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
         raise Unreadable(path, "damaged", "the columns are not those that were written")
     return log
+
+
+def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
+    """Some columns of a log by name; the others are not read. None if the trial ended without one.
+
+    Pages that are damaged are found, a column that was exchanged as a whole is not.
+
+    Raises:
+        Unreadable: If the file is torn, foreign or of a newer version.
+    """
+    metadata = _schema_metadata(path)
+    _read_record(path, metadata)
+    if not metadata[_HEADER]:
+        return None
+    try:
+        header = _header(json.loads(metadata[_HEADER]))
+        table = _read_table(path, names)
+        return LogPart(header, {name: _plain(table, name) for name in names})
+    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
+        raise Unreadable(path, "damaged", _short(error)) from error
 
 
 def written_sha256(path: Path) -> str:
@@ -190,7 +218,7 @@ def _check_version(path: Path, written: bytes) -> None:
 def _decode_log(path: Path, metadata: dict[bytes, bytes]) -> TrialLog:
     try:
         header = _header(json.loads(metadata[_HEADER]))
-        table = pq.read_table(path, page_checksum_verification=True, use_threads=False)
+        table = _read_table(path)
         arrays = {c.name: _array(table, c.name, c.dtype) for c in columns(header.joints)}
     except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
         raise Unreadable(path, "damaged", _short(error)) from error
@@ -202,8 +230,18 @@ def _header(content: dict[str, Any]) -> LogHeader:
     return LogHeader(**{**content, **lists})
 
 
-def _array(table: pa.Table, name: str, dtype: str) -> np.ndarray:
+def _read_table(path: Path, names: Sequence[str] | None = None) -> pa.Table:
+    asked = None if names is None else list(names)
+    return pq.read_table(path, asked, page_checksum_verification=True, use_threads=False)
+
+
+def _plain(table: pa.Table, name: str) -> np.ndarray:
     array: np.ndarray = table.column(name).combine_chunks().to_numpy(zero_copy_only=False)
+    return array
+
+
+def _array(table: pa.Table, name: str, dtype: str) -> np.ndarray:
+    array = _plain(table, name)
     if array.dtype != dtype:
         raise ValueError(f"column {name} is {array.dtype}, not {dtype}")
     return array

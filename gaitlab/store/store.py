@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -31,7 +31,7 @@ from gaitlab.store.lists import (
     write_listed,
 )
 from gaitlab.store.lock import Held, locked
-from gaitlab.store.parquet import Unreadable
+from gaitlab.store.parquet import LogPart, Unreadable
 from gaitlab.store.record import State, TrialRecord
 from gaitlab.store.table_file import TableFile
 
@@ -202,6 +202,22 @@ class Store:
         if log is None:
             raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
         return log
+
+    def log_part(self, trial_id: str, names: Sequence[str]) -> LogPart:
+        """Some columns of a trial's log, without the time that reading all of them takes.
+
+        Raises:
+            UnknownName: If the store does not hold it.
+            StoreError: If its file is damaged, or the trial ended without a log.
+        """
+        record = self.record(trial_id)
+        try:
+            part = parquet.read_columns(self.file(trial_id), names)
+        except Unreadable as error:
+            raise StoreError(f"{error}. {_REDO}") from error
+        if part is None:
+            raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
+        return part
 
     def log_digest(self, trial_id: str) -> str:
         """SHA-256 of the log's columns, bit for bit, as its file states it; the log is not read.
