@@ -232,7 +232,7 @@ def _header(content: dict[str, Any]) -> LogHeader:
 
 def _read_table(path: Path, names: Sequence[str] | None = None) -> pa.Table:
     asked = None if names is None else list(names)
-    return pq.read_table(path, asked, page_checksum_verification=True, use_threads=False)
+    return pq.read_table(path, columns=asked, page_checksum_verification=True, use_threads=False)
 
 
 def _plain(table: pa.Table, name: str) -> np.ndarray:
