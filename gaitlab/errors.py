@@ -69,6 +69,10 @@ class UsageError(GaitlabError):
     exit_code = 2
 
 
+class NothingRun(UsageError):
+    """A report was asked for before any of its trials was run."""
+
+
 class Undecided(GaitlabError):
     """The nightly gate cannot tell: no baseline, nothing in common with it, or too few seeds."""
 

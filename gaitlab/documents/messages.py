@@ -29,8 +29,8 @@ def allowed(item: Parameter) -> str:
         return "true or false"
     if item.type not in (int, float):
         section = item.type is Node or Node in get_args(item.type)
-        listed = "a list" if get_origin(item.type) is tuple else "text"
-        return "a section of the file" if section else listed
+        known = {tuple: "a list", dict: "a mapping"}
+        return "a section of the file" if section else known.get(get_origin(item.type), "text")
     kind = "a whole number" if item.type is int else "a number"
     unit = "" if item.unit == "-" else f" {item.unit}"
     low, high = (None if bound is None else f"{bound:g}" for bound in (item.low, item.high))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 
-from gaitlab.errors import UsageError
+from gaitlab.errors import NothingRun, UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.plan import plan
 from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
@@ -29,7 +29,8 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     """Every planned trial of the experiments with its outcome.
 
     Raises:
-        UsageError: If nothing was run yet, or the experiments cannot share a table.
+        NothingRun: If none of the trials is in the store.
+        UsageError: If the experiments cannot share a table.
         UnknownName: If `report.compare` is no published table.
     """
     first = experiments[0]
@@ -191,7 +192,7 @@ def _with_outcomes(planned: pd.DataFrame, store: Store, names: Sequence[str]) ->
     known = [name for name in stored.columns if name == "trial_id" or name not in planned.columns]
     trials = planned.merge(stored[known], on="trial_id", how="left", validate="many_to_one")
     if trials["state"].isna().all():
-        raise UsageError(
+        raise NothingRun(
             f"the store {store.path} holds no trial of {' and '.join(names)}; run "
             f"`gaitlab run {names[0]}` first"
         )

@@ -35,25 +35,26 @@ def sources(experiments: Sequence[Experiment], store: Store, results: Results) -
         grounds=ground_table(_grounds(experiments)),
         command="\n".join([*runs, _report_command(experiments, store)]),
         runs="\n".join(runs),
-        options=_store_option(store),
+        options=store_option(store),
     )
 
 
-def _store_option(store: Store) -> str:
+def store_option(store: Store) -> str:
+    """What a command needs to find the store; empty for the usual one."""
     return "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
 
 
 def _run_command(experiment: Experiment, store: Store) -> str:
     """The shell line that runs what is missing of an experiment."""
     name = shlex.quote(_called(experiment))
-    return f"gaitlab run {name}{_settings(experiment)}{_store_option(store)}"
+    return f"gaitlab run {name}{_settings(experiment)}{store_option(store)}"
 
 
 def _report_command(experiments: Sequence[Experiment], store: Store) -> str:
     """The shell line that writes the page."""
     names = " ".join(shlex.quote(_called(experiment)) for experiment in experiments)
     shared = "".join(dict.fromkeys(_settings(experiment) for experiment in experiments))
-    return f"gaitlab report {names}{shared}{_store_option(store)}"
+    return f"gaitlab report {names}{shared}{store_option(store)}"
 
 
 def _settings(experiment: Experiment) -> str:
@@ -79,11 +80,11 @@ def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str
         "trials": f"{plural(len(results.trials), 'trial')} planned: {', '.join(counts)}",
         "seeds": seeds_text(int(seed) for seed in results.trials["seed"]),
         "physics version": str(PHYSICS_VERSION),
-        **{k.replace("_", " "): v for k, v in common_values(_records(results)).items()},
+        **{k.replace("_", " "): v for k, v in common_values(records(results)).items()},
     }
 
 
-def _records(results: Results) -> Iterator[dict[str, object]]:
+def records(results: Results) -> Iterator[dict[str, object]]:
     """What the store knows of the runs, one mapping a trial that ran."""
     ran = results.trials[results.trials["state"] != "MISSING"]
     names = [name for name in (*PROVENANCE, *MACHINE) if name in ran.columns]

@@ -1,1 +1,6 @@
 """A paper's findings predicted anew: several experiments whose results share one page."""
+
+from gaitlab.reproduction.document import Reproduction, load_reproduction
+from gaitlab.reproduction.page import write_reproduction
+
+__all__ = ["Reproduction", "load_reproduction", "write_reproduction"]

@@ -1,0 +1,171 @@
+"""Which simulated cells answer to a paper's printed cells, and which of them constants were fit on.
+
+A cell counts as calibrated when a constant was chosen by looking at it, and as predicted when none
+was. A printed verdict agrees when the simulated cell has the same one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, cast
+
+from gaitlab.errors import WrongValue
+from gaitlab.plugins import suggestion
+from gaitlab.report.cells import DIRECTIONS, STEP, Compared, compared
+from gaitlab.report.reference import TABLES, Place, Published, published
+from gaitlab.report.results import Results
+from gaitlab.report.scores import Cell, Score
+from gaitlab.report.variants import Variant
+from gaitlab.reproduction.section import Value
+from gaitlab.statistics import Count
+
+Calibrated = Mapping[str, Value]  # by name of the table: {direction: ..., surfaces: [...]}
+KEYS = ("direction", "surfaces")  # of the cells that a constant was chosen on
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Answer:
+    """A variant that answers to a printed table.
+
+    Attributes:
+        table: The printed table.
+        experiment: Name of the member.
+        results: Of the member.
+        variant: The one that answers.
+    """
+
+    table: Published
+    experiment: str
+    results: Results
+    variant: Variant
+
+    @property
+    def label(self) -> str:
+        """What the page calls it: the variant, or the member whose only variant it is."""
+        return self.variant.label if len(self.results.variants) > 1 else self.experiment
+
+    @property
+    def columns(self) -> list[list[Cell]]:
+        """The planned cells of every ground."""
+        return self.results.by_column(self.variant)
+
+
+class Judged(NamedTuple):
+    """One simulated cell beside the printed one."""
+
+    table: str
+    place: Place
+    ours: Cell
+    printed: bool
+    calibrated: bool
+
+    def agrees(self, score: Score = "stable") -> bool:
+        """Whether both have the same verdict."""
+        return self.ours.verdict(score) == self.printed
+
+
+def answers(results: Mapping[str, Results], experiments: Iterable[str]) -> list[Answer]:
+    """Every variant that answers to a printed table, Table 7 before Table 8."""
+    found = [
+        Answer(table=published(variant.compare), experiment=name, results=each, variant=variant)
+        for name, each in ((name, results[name]) for name in experiments)
+        for variant in each.variants
+        if variant.compare is not None
+    ]
+    return sorted(found, key=lambda answer: answer.table.name)
+
+
+def forward_only(answer: Answer) -> Answer:
+    """The same without the rows that walk backward."""
+    results = answer.results
+    if results.rows != STEP:
+        return answer
+    trials = results.trials[results.trials[STEP] >= 0.0]
+    return replace(answer, results=replace(results, trials=trials))
+
+
+def judged(answer: Answer, calibrated: Calibrated) -> list[Judged]:
+    """Cells that are scored here and printed there, in the order of the rows."""
+    chosen = _chosen(calibrated.get(answer.table.name))
+    return [
+        Judged(answer.table.name, pair.place, pair.ours, pair.printed, chosen(pair))
+        for pair in compared(answer.results, answer.variant)
+    ]
+
+
+class _Chosen(NamedTuple):
+    """Cells of a table that a constant was chosen on."""
+
+    direction: str | None
+    surfaces: tuple[str, ...] | None
+    none: bool = False
+
+    def __call__(self, pair: Compared) -> bool:
+        return (
+            not self.none
+            and self.direction in (None, pair.place.direction)
+            and (self.surfaces is None or pair.place.surface in self.surfaces)
+        )
+
+
+def _chosen(value: Value) -> _Chosen:
+    if not isinstance(value, Mapping):
+        return _Chosen(None, None, none=True)
+    surfaces = value.get("surfaces")
+    direction = value.get("direction")
+    return _Chosen(
+        direction=None if direction is None else str(direction),
+        surfaces=cast("tuple[str, ...]", surfaces) if isinstance(surfaces, tuple) else None,
+    )
+
+
+def require_known(calibrated: Calibrated) -> None:
+    """Refuse a table, key or direction that nothing is called by.
+
+    Raises:
+        WrongValue: At the first of them; names what is known.
+    """
+    for table, cells in calibrated.items():
+        _require("calibrated", table, sorted(TABLES))
+        for key, value in cells.items() if isinstance(cells, Mapping) else ():
+            _require(f"calibrated: {table}", key, KEYS)
+            if key == "direction":
+                _require(f"calibrated: {table}: direction", str(value), DIRECTIONS)
+            for surface in value if isinstance(value, tuple) else ():
+                known = sorted(published(table).stated)
+                _require(f"calibrated: {table}: surfaces", str(surface), known)
+
+
+def _require(where: str, found: str, known: Sequence[str]) -> None:
+    if found not in known:
+        raise WrongValue(f"{where}: found {found!r}{suggestion(found, known)}")
+
+
+def agreement(cells: Sequence[Judged], score: Score = "stable") -> Count:
+    """Cells with the printed verdict, of how many."""
+    return Count(sum(cell.agrees(score) for cell in cells), len(cells))
+
+
+def always_stable(cells: Sequence[Judged]) -> Count:
+    """What saying S of every cell would score."""
+    return Count(sum(cell.printed for cell in cells), len(cells))
+
+
+def best_constant(cells: Sequence[Judged]) -> Count:
+    """What the best single verdict for each ground of each table would score.
+
+    It is chosen with the printed verdicts in hand, so no prediction could rely on it.
+    """
+    groups: dict[tuple[str, str], Counter[bool]] = {}
+    for cell in cells:
+        groups.setdefault((cell.table, cell.place.surface), Counter())[cell.printed] += 1
+    return Count(sum(max(group.values()) for group in groups.values()), len(cells))
+
+
+def untouched_grounds(cells: Sequence[Judged]) -> list[str]:
+    """Grounds with no calibrated cell among these, in their order."""
+    grounds = dict.fromkeys(cell.place.surface for cell in cells)
+    touched = {cell.place.surface for cell in cells if cell.calibrated}
+    return [ground for ground in grounds if ground not in touched]
