@@ -196,6 +196,8 @@ def _cells_by_reason(found: Outlook, retry_failed: bool) -> str:
 
 def _values(found: Outlook, path: str) -> str:
     """The values of a path, those in the middle left out when they are many."""
+    if path in found.swept:
+        return found.swept[path]
     values = list(dict.fromkeys(number(cell[path]) for cell in found.values))
     if len(values) > SHOWN_VALUES:
         half = SHOWN_VALUES // 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from gaitlab.dispatch.basis import Past, basis
@@ -46,12 +46,14 @@ class Outlook:
         values: Varied parameters of each cell by dotted path.
         trial_seconds: Simulated time of one trial at most, in [s].
         own_code: Files of the user's own that the experiment names, and that run as code.
+        swept: How a design spreads a path over its range, in words, by dotted path.
     """
 
     standings: Sequence[Mapping[Standing, int]]
     values: Sequence[Mapping[str, object]]
     trial_seconds: float
     own_code: Sequence[str] = ()
+    swept: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def planned(self) -> int:
@@ -96,6 +98,7 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
         values=[values[index] for index in sorted(values)],
         trial_seconds=planned.seconds,
         own_code=tuple(code.name for code in codes if code.digest is not None),
+        swept=experiment.design.texts if experiment.design else {},
     )
 
 

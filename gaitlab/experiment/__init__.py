@@ -22,6 +22,8 @@ SI units and radians throughout. Keys:
       gait.landing_deceleration: [none, log_tail]
     one_at_a_time:                  the base, then each path varied alone
       gait.step_height: [0.02, 0.03, 0.04]
+    design:                         points that fill a box: a sweep of many parameters at once,
+      {type: sobol, points: 64, ...}  see `gaitlab.experiment.design_reading`
     study:                          parameters that are searched, instead of varied: a file for
       {...}                           `gaitlab optimize`, see `gaitlab.experiment.study_reading`
     seeds: 10                       seeds 0 to 9, or a list of seeds
@@ -39,6 +41,7 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 
 from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.candidate import candidate
+from gaitlab.experiment.design import Design, Follower, Quantity
 from gaitlab.experiment.experiment import Experiment, load_experiment
 from gaitlab.experiment.parts import Parts, Value, changed, try_out
 from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
@@ -47,8 +50,11 @@ from gaitlab.experiment.study import Study
 
 __all__ = [
     "Axis",
+    "Design",
     "Experiment",
+    "Follower",
     "Parts",
+    "Quantity",
     "ReportSettings",
     "Study",
     "Value",

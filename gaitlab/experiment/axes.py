@@ -1,10 +1,11 @@
-"""What an experiment varies: `grid`, `zip` and `one_at_a_time` as axes that multiply."""
+"""What an experiment varies: `design`, `grid`, `zip`, `one_at_a_time` as axes that multiply."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
+from types import MappingProxyType
 
 from gaitlab.documents import Node, checked
 from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
@@ -28,7 +29,7 @@ class Axis:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Column:
+class Column:
     """A path and its list, as written."""
 
     section: str
@@ -37,8 +38,12 @@ class _Column:
     values: Node
 
 
-def varied_columns(sections: Sections) -> list[_Column]:
-    """Every varied path with its list, in the order of the file.
+def varied_columns(sections: Sections, swept: Iterable[tuple[str, Node]] = ()) -> list[Column]:
+    """Every path with a list of values, in the order of the file.
+
+    Args:
+        sections: The file's sections.
+        swept: Paths that the section `design` moves, with the places of their keys.
 
     Raises:
         FileError: If a section has another form, a list is empty or a path is varied twice.
@@ -50,13 +55,14 @@ def varied_columns(sections: Sections) -> list[_Column]:
         for column in _columns(name, part)
     ]
     problems = [problem for column in columns for problem in _list_problems(column)]
-    problems += _twice(columns)
+    listed = [(column.section, column.path, column.key) for column in columns]
+    problems += _twice([*listed, *(("design", path, key) for path, key in swept)])
     if problems:
         raise FileError(problems)
     return columns
 
 
-def first_values(columns: list[_Column]) -> dict[str, Node]:
+def first_values(columns: list[Column]) -> dict[str, Node]:
     """First value of every varied path."""
     return {column.path: column.values.items[0] for column in columns}
 
@@ -77,12 +83,12 @@ def _mappings(name: str, node: Node | None) -> tuple[Node, ...]:
     return parts
 
 
-def _columns(name: str, part: Node) -> Iterator[_Column]:
+def _columns(name: str, part: Node) -> Iterator[Column]:
     for path, values in part.mapping.items():
-        yield _Column(section=name, path=path, key=part.keys[path], values=values)
+        yield Column(section=name, path=path, key=part.keys[path], values=values)
 
 
-def _list_problems(column: _Column) -> Iterator[Problem]:
+def _list_problems(column: Column) -> Iterator[Problem]:
     where = f"{column.section}: {column.path}"
     found = column.values.found()
     if column.values.mapping:
@@ -98,19 +104,32 @@ def _list_problems(column: _Column) -> Iterator[Problem]:
         yield column.values.problem(f"{where}: an empty list; write at least one value")
 
 
-def _twice(columns: list[_Column]) -> Iterator[Problem]:
-    seen: dict[str, _Column] = {}
-    for column in columns:
-        first = seen.setdefault(column.path, column)
-        if first is not column:
-            yield column.key.problem(
-                f"{column.path} is varied twice, under {first.section} and {column.section}; "
-                "keep one of them"
-            )
+def _twice(varied: Iterable[tuple[str, str, Node]]) -> Iterator[Problem]:
+    """Paths that two places vary, of section, path and the place of its key."""
+    seen: dict[str, str] = {}
+    for section, path, key in varied:
+        if path in seen:
+            message = f"{path} is varied twice, under {seen[path]} and {section}; keep one of them"
+            yield key.problem(message)
+        seen.setdefault(path, section)
 
 
-def read_axes(sections: Sections, parts: Parts, columns: list[_Column]) -> tuple[Axis, ...]:
+def read_axes(
+    sections: Sections,
+    parts: Parts,
+    columns: list[Column],
+    swept: Axis | None = None,
+    places: Mapping[str, Node] = MappingProxyType({}),
+) -> tuple[Axis, ...]:
     """Axes of the experiment, every value checked like the field it stands for.
+
+    Args:
+        sections: The file's sections.
+        parts: What the paths change.
+        columns: Every path with a list of values.
+        swept: Points of the section `design`; the slowest axis, so that a run that is stopped
+            early leaves whole points.
+        places: Keys of the paths that the section moves.
 
     Raises:
         FileError: All mistakes.
@@ -122,11 +141,12 @@ def read_axes(sections: Sections, parts: Parts, columns: list[_Column]) -> tuple
         raise FileError(problems)
     grid = [_single(path, values[path]) for path in _paths(sections.grid)]
     zips = [_together(part, values) for part in _mappings("zip", sections.zip)]
-    axes = [*grid, *zips]
+    axes = [*([swept] if swept else []), *grid, *zips]
     if sections.one_at_a_time is not None:
         paths = _paths(sections.one_at_a_time)
         axes.append(checked(sections.one_at_a_time, lambda: _one_at_a_time(paths, parts, values)))
-    problems += _impossible(parts, axes, {column.path: column.key for column in columns})
+    keys = {column.path: column.key for column in columns} | dict(places)
+    problems += _impossible(parts, axes, keys)
     if problems:
         raise FileError(problems)
     return tuple(axes)
@@ -136,7 +156,7 @@ def _paths(node: Node | None) -> tuple[str, ...]:
     return () if node is None else tuple(node.mapping)
 
 
-def _values(column: _Column, parts: Parts, problems: list[Problem]) -> Iterator[Value]:
+def _values(column: Column, parts: Parts, problems: list[Problem]) -> Iterator[Value]:
     """Checked values of a path; mistakes go to `problems`."""
     try:
         parts.parameter(column.path)

@@ -11,7 +11,9 @@ from typing import NamedTuple
 from gaitlab.documents import Node, build, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_parts
-from gaitlab.experiment.axes import Axis, first_values, read_axes, varied_columns
+from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
+from gaitlab.experiment.design import Design
+from gaitlab.experiment.design_reading import box_paths, low_values, read_design
 from gaitlab.experiment.digest import digest
 from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts, Value
@@ -48,6 +50,7 @@ class Experiment:
         log_every: Ticks between rows of the log.
         report: How the results are laid out.
         study: What is searched for; None for an experiment that only varies.
+        design: The box that its first axis fills with points; None if the file has none.
     """
 
     name: str
@@ -63,6 +66,7 @@ class Experiment:
     log_every: int
     report: ReportSettings
     study: Study | None = None
+    design: Design | None = None
 
     def parts_of(self, values: Mapping[str, Value]) -> Parts:
         """Parts that a cell of these values starts from."""
@@ -96,7 +100,7 @@ def load_experiment(
         raise UsageError(
             f"{path.stem} is a reproduction: several experiments on one page. `gaitlab run` and "
             "`gaitlab report` take it whole; give any other command one of its experiments, which "
-            f"`gaitlab show {path.stem}` lists"
+            f"`gaitlab show {name_or_path}` lists"
         )
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]
@@ -120,7 +124,7 @@ def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
 
 
 def _experiment(path: Path, tree: Node, text: str) -> Experiment:
-    (sections, parts, axes, study), walkers = _read(tree)
+    (sections, parts, axes, study, design), walkers = _read(tree)
     seeds = _seeds(sections.seeds)
     name = sections.name or path.stem
     # A base file lays out what its grids vary; a study has a page of its own.
@@ -141,6 +145,7 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
         log_every=sections.log.every,
         report=report,
         study=study,
+        design=design,
     )
 
 
@@ -151,6 +156,7 @@ class _Walk(NamedTuple):
     parts: Parts
     axes: tuple[Axis, ...]
     study: Study | None
+    design: Design | None
 
 
 def _read(tree: Node) -> tuple[_Walk, dict[str, Parts]]:
@@ -184,14 +190,40 @@ def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
 
 def _walk(tree: Node) -> _Walk:
     sections = build(Sections, tree, skip=())
-    columns = varied_columns(sections)
-    given = {**first_values(columns), **searched_values(sections.study)}
+    columns = varied_columns(sections, box_paths(sections.design))
+    given = {
+        **first_values(columns),
+        **low_values(sections.design),
+        **searched_values(sections.study),
+    }
     try:
         parts = read_parts(sections, given)
     except FileError as error:
         raise FileError([*error.problems, *_study_problems(sections)]) from error
     study = read_study(sections.study, parts, _seeds(sections.seeds))
-    return _Walk(sections, parts, read_axes(sections, parts, columns), study)
+    axes, design = _varied(sections, parts, columns)
+    return _Walk(sections, parts, axes, study, design)
+
+
+def _varied(
+    sections: Sections, parts: Parts, columns: list[Column]
+) -> tuple[tuple[Axis, ...], Design | None]:
+    """Axes and the design among them; the mistakes of both are reported together."""
+    problems: list[Problem] = []
+    places = dict(box_paths(sections.design))
+    design: Design | None = None
+    axes: tuple[Axis, ...] = ()
+    try:
+        design = read_design(sections.design, parts)
+    except FileError as error:
+        problems += error.problems
+    try:
+        axes = read_axes(sections, parts, columns, design.axis() if design else None, places)
+    except FileError as error:
+        problems += error.problems
+    if problems:
+        raise FileError(problems)
+    return axes, design
 
 
 def _study_problems(sections: Sections) -> list[Problem]:

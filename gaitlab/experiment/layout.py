@@ -9,6 +9,7 @@ from pathlib import Path
 from gaitlab.documents import Node
 from gaitlab.errors import FileError, Problem
 from gaitlab.experiment.axes import Axis
+from gaitlab.experiment.design_reading import box_paths
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.metrics import numeric_names
 from gaitlab.plugins import PACKAGE, suggestion
@@ -24,7 +25,8 @@ def read_layout(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportS
     varied = [path for axis in axes for path in axis.paths]
     node = tree.mapping.get("report", tree)
     report = sections.report
-    free = (path for path in varied if path not in (report.columns, *report.variants))
+    elsewhere = {report.columns, *report.variants, *dict(box_paths(sections.design))}
+    free = (path for path in varied if path not in elsewhere)
     rows = report.rows or next(free, "surface")
     report = replace(report, rows=rows, title=report.title or sections.title)
     problems = [

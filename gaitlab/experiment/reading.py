@@ -19,8 +19,8 @@ WALKER_KEYS = ("name", "include", *HANDED_DOWN)
 LISTED = ("variants", "metrics")  # of the report: a name alone stands for a list of one
 TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
-SEARCHED = "study.search."  # what the dotted path of a searched parameter follows
-ENDS = ("low", "high", "step", "log")  # keys of a searched range that can be set alone
+RANGED = ("study.search.", "design.box.")  # what the dotted path of a range follows
+ENDS = ("low", "high", "step", "log")  # keys of a range that can be set alone
 OWN = ("name", "title", "description")  # keys that a base file does not hand down
 
 
@@ -195,6 +195,11 @@ def apply_setting(tree: Node, setting: str) -> Node:
             f"write --set 'study.search.{path}={{low: ..., high: ...}}', or delete it from "
             "the file's search"
         )
+    if path in _swept(tree):
+        raise UsageError(
+            f"--set {setting}: the file sweeps {path} under design, so the value would change "
+            f"nothing; write --set 'design.box.{path}={{low: ..., high: ...}}'"
+        )
     value = parse(text, Path(f"--set {shown}"), placed=False)
     changed = _set(tree, _steps(path), value)
     return _with_types(_on_base(tree, changed) if path in TYPED else changed)
@@ -211,11 +216,23 @@ def _searched(tree: Node) -> set[str]:
     return set(study.mapping["search"].mapping) if "search" in study.mapping else set()
 
 
+def _swept(tree: Node) -> set[str]:
+    design = tree.mapping.get("design")
+    box = design.mapping.get("box") if design else None
+    found = box.mapping.items() if box else ()
+    return {path for key, node in found for path in (key, *_moved_with(node))}
+
+
+def _moved_with(node: Node) -> tuple[str, ...]:
+    return tuple(node.mapping["with"].mapping) if "with" in node.mapping else ()
+
+
 def _steps(path: str) -> list[str]:
-    if path.startswith(SEARCHED):
-        parameter, dot, end = path.removeprefix(SEARCHED).rpartition(".")
-        whole = [f"{parameter}{dot}{end}"] if end not in ENDS else [parameter, end]
-        return [*SEARCHED.strip(".").split("."), *whole]
+    for start in RANGED:
+        if path.startswith(start):
+            parameter, dot, end = path.removeprefix(start).rpartition(".")
+            whole = [f"{parameter}{dot}{end}"] if end not in ENDS else [parameter, end]
+            return [*start.strip(".").split("."), *whole]
     head, _, rest = path.partition(".")
     return [head, rest] if head in PATHS_AS_KEYS and rest else path.split(".")
 

@@ -74,6 +74,9 @@ class Sections:
     one_at_a_time: Node | None = parameter(
         None, unit="-", doc="dotted paths, each varied while the others keep their base"
     )
+    design: Node | None = parameter(
+        None, unit="-", doc="points that fill a box of dotted paths, each with its range"
+    )
     study: Node | None = parameter(
         None, unit="-", doc="parameters that are searched, instead of varied"
     )

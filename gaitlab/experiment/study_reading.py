@@ -32,7 +32,7 @@ T = TypeVar("T")
 MOST_TRIALS = 10**6  # candidates
 MOST_BATCH = 1000  # candidates
 LARGEST_SEED = 2**32 - 1  # of a random number generator
-BESIDE = ("grid", "zip", "one_at_a_time", "walkers")  # keys that a study replaces
+BESIDE = ("grid", "zip", "one_at_a_time", "design", "walkers")  # keys that a study replaces
 SWITCH = {"off": False, "on": True, False: False, True: True}
 FIRST_ROUND = 2  # seeds; one seed says little of a candidate
 
