@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from math import inf, prod
 from typing import Any
 
+from gaitlab.balancing import Balance
 from gaitlab.body import Robot
 from gaitlab.experiment import Experiment, Parts, Value, changed, combinations, try_out
 from gaitlab.motion import Gait
@@ -141,6 +142,7 @@ class _Maker:
         """Arguments of the trials of a cell, but for the seed."""
         parts, name = self.experiment.parts_of(values), str(values["surface"])
         robot = self._part("robot", parts.robot, values)
+        balance = self._balance(parts, robot, values)
         return {
             "robot": robot,
             "gait": self._part("gait", parts.gait, values),
@@ -153,9 +155,12 @@ class _Maker:
                 robot=str(values.get("robot", label(parts.robot_code.name))),
                 gait=label(parts.gait_code.name),
                 surface=name,
+                balance=None if balance is None else parts.balance_name,
             ),
             "robot_code": parts.robot_code,
             "gait_code": parts.gait_code,
+            "balance": balance,
+            "balance_code": None if balance is None else parts.balance_code,
         }
 
     def _part(self, group: str, owner: Any, values: Mapping[str, Value], name: str = "") -> Any:
@@ -165,6 +170,14 @@ class _Maker:
             self.made[key] = changed(owner, changes) if changes else owner
             try_out(group, self.made[key])
         return self.made[key]
+
+    def _balance(self, parts: Parts, robot: Robot, values: Mapping[str, Value]) -> Balance | None:
+        changes = _changes("balance", values)
+        key = ("balance", values.get("robot"), *changes.items(), *_changes("robot", values).items())
+        if key not in self.made:
+            self.made[key] = parts.balanced(changes, robot)
+        balance: Balance | None = self.made[key]
+        return balance
 
     def _servos(self, parts: Parts, robot: Robot, values: Mapping[str, Value]) -> tuple[Servo, ...]:
         changes = _changes("servo", values)

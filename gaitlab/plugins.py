@@ -24,13 +24,17 @@ from typing import Literal
 from gaitlab.errors import FileError, Problem, UnknownName
 from gaitlab.parameters import parameter_table
 
-Kind = Literal["gait", "robot", "metric", "servo", "surface", "motion", "experiment"]
-KINDS: tuple[Kind, ...] = ("gait", "robot", "metric", "servo", "surface", "motion", "experiment")
+Kind = Literal["gait", "robot", "balance", "metric", "servo", "surface", "motion", "experiment"]
+CodeKind = Literal["gait", "robot", "balance"]  # kinds whose file holds a dataclass
+KINDS: tuple[Kind, ...] = (
+    *("gait", "robot", "balance", "metric", "servo", "surface", "motion", "experiment"),
+)
 
 PACKAGE = Path(__file__).parent
 IN_PACKAGE: dict[str, str] = {
     "gait": "gaits",
     "robot": "robots",
+    "balance": "balance",
     "metric": "metrics",
     "servo": "servos",
 }
@@ -45,15 +49,17 @@ WITHIN: dict[str, tuple[str, ...]] = {  # folders that names reach into
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gait": (".py",),
     "robot": (".py",),
+    "balance": (".py",),
     "metric": (".py",),
     "servo": (".yaml", ".yml"),
     "surface": (".yaml", ".yml"),
     "motion": (".yaml", ".yml"),
     "experiment": (".yaml", ".yml"),
 }
-MEMBERS: dict[str, tuple[str, ...]] = {  # of the protocols in `motion` and `body`
+MEMBERS: dict[str, tuple[str, ...]] = {  # of their protocols
     "gait": ("step_length", "hip_height", "gait_period", "startup_time", "feet"),
     "robot": ("name", "feet", "tree", "sole", "joint_targets", "hip_offset"),
+    "balance": ("imu", "joints", "controller"),
 }
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
@@ -177,8 +183,8 @@ def code_digest(kind: Kind, name: str, relative_to: Path | None = None) -> str |
     return None if is_shipped(kind, path) else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def load_class(kind: Literal["gait", "robot"], name: str, relative_to: Path | None = None) -> type:
-    """Class `Gait` or `Robot` of the file that a name stands for.
+def load_class(kind: CodeKind, name: str, relative_to: Path | None = None) -> type:
+    """Class `Gait`, `Robot` or `Balance` of the file that a name stands for.
 
     Raises:
         UnknownName: If there is no such file.
@@ -201,7 +207,7 @@ def load_class(kind: Literal["gait", "robot"], name: str, relative_to: Path | No
     return found
 
 
-def _require_members(kind: Literal["gait", "robot"], path: Path, cls: type) -> None:
+def _require_members(kind: CodeKind, path: Path, cls: type) -> None:
     """Refuse a class that the simulation would trip over later."""
     try:
         fields = {name.partition(".")[0] for name in parameter_table(cls)}

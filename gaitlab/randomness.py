@@ -14,6 +14,7 @@ class Randomness(NamedTuple):
     pose: np.random.Generator
     friction: np.random.Generator
     servo: np.random.Generator
+    imu: np.random.Generator
 
 
 def randomness(seed: int) -> Randomness:

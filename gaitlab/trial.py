@@ -14,13 +14,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
+from gaitlab.balancing import Balance
 from gaitlab.body import Robot
 from gaitlab.errors import WrongValue
 from gaitlab.motion import Gait
 from gaitlab.parameters import Parameter, get_path, parameter_table
-from gaitlab.plugins import code_digest, is_shipped, load_class, locate
+from gaitlab.plugins import CodeKind, code_digest, is_shipped, load_class, locate
 from gaitlab.servos import Servo
 from gaitlab.settings import EngineSettings, Horizon, Spread
 from gaitlab.surfaces import SURFACE_TYPES, Surface
@@ -28,6 +29,7 @@ from gaitlab.surfaces import SURFACE_TYPES, Surface
 # Raise it when a change of the simulation, of a shipped gait or of a shipped robot gives other
 # numbers for the same trial: every stored result is then simulated anew.
 PHYSICS_VERSION = 1
+CODED: tuple[CodeKind, ...] = ("robot", "gait", "balance")  # parts of a trial that are code
 ID_LENGTH = 32  # hex digits, 128 bits: no collision in any store
 
 Value = bool | int | float | str | None | list[Any]
@@ -35,16 +37,21 @@ Value = bool | int | float | str | None | list[Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Names:
-    """What the experiment calls its parts; outside the identity."""
+    """What the experiment calls its parts, `balance` if any; outside the identity."""
 
     robot: str
     gait: str
     surface: str
+    balance: str | None = None
+
+    def to_dict(self) -> dict[str, str]:
+        """The names there are."""
+        return {kind: name for kind, name in dataclasses.asdict(self).items() if name}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plugin:
-    """Code of a robot or gait.
+    """Code of a robot, gait or balance controller.
 
     Attributes:
         name: Name of a shipped one, the absolute file of a user's own.
@@ -60,7 +67,7 @@ class Plugin:
         return self.name if self.digest is None else f"sha256:{self.digest}"
 
 
-def plugin(kind: Literal["gait", "robot"], name: str, relative_to: Path | None = None) -> Plugin:
+def plugin(kind: CodeKind, name: str, relative_to: Path | None = None) -> Plugin:
     """Reference to the code that a name in a file stands for.
 
     Raises:
@@ -167,9 +174,11 @@ class _Same(tuple[Any, ...]):
 @lru_cache(maxsize=64)
 def _around_seed(parts: _Same, physics_version: int) -> tuple[bytes, bytes]:
     """What an identity hashes before and after the seed; its names stand in alphabetic order."""
-    gait_code, robot_code, engine, horizon, gait, robot, servos, spread, surface = parts
-    code = {"gait": gait_code.identity, "robot": robot_code.identity}
+    codes, (engine, horizon), walker = parts[:3], parts[3:5], parts[5:]
+    gait, robot, balance, servos, spread, surface = walker
+    code = {kind: each.identity for kind, each in zip(CODED, codes, strict=True) if each}
     before = {
+        **({} if balance is None else {"balance": fragment(balance)}),
         "code": canonical_json(code),
         "engine": fragment(engine),
         "gait": fragment(gait),
@@ -206,6 +215,8 @@ class Trial:
         names: What robot, gait and surface are called; outside the identity.
         robot_code: Code of the robot.
         gait_code: Code of the gait.
+        balance: Its balance controller; None for a gait that is walked as it is.
+        balance_code: Code of that; None without one.
     """
 
     robot: Robot
@@ -219,13 +230,21 @@ class Trial:
     names: Names
     robot_code: Plugin
     gait_code: Plugin
+    balance: Balance | None = None
+    balance_code: Plugin | None = None
+
+    def __post_init__(self) -> None:
+        if (self.balance is None) != (self.balance_code is None):
+            raise ValueError("a balance controller and its code come together")
 
     @cached_property
     def id(self) -> str:
         """Identity: hash of every value the simulation depends on, of no name. 32 hex digits."""
-        codes, settings = (self.gait_code, self.robot_code), (self.engine, self.horizon)
-        walker = (self.gait, self.robot, self.servos, self.spread, self.surface)
-        before, after = _around_seed(_Same((*codes, *settings, *walker)), PHYSICS_VERSION)
+        codes = (getattr(self, f"{kind}_code") for kind in CODED)
+        walker = (self.gait, self.robot, self.balance, self.servos, self.spread, self.surface)
+        before, after = _around_seed(
+            _Same((*codes, self.engine, self.horizon, *walker)), PHYSICS_VERSION
+        )
         text = before + str(int(self.seed)).encode() + after
         return hashlib.sha256(text).hexdigest()[:ID_LENGTH]
 
@@ -233,9 +252,12 @@ class Trial:
         """The whole trial as JSON data, from which another process rebuilds it."""
         return {
             "physics_version": PHYSICS_VERSION,
-            "names": dataclasses.asdict(self.names),
-            "robot": {"code": dataclasses.asdict(self.robot_code), "values": values(self.robot)},
-            "gait": {"code": dataclasses.asdict(self.gait_code), "values": values(self.gait)},
+            "names": self.names.to_dict(),
+            **{
+                kind: {"code": dataclasses.asdict(code), "values": values(getattr(self, kind))}
+                for kind in CODED
+                if (code := getattr(self, f"{kind}_code")) is not None
+            },
             "surface": {"type": self.surface.type, "values": values(self.surface)},
             "servos": [values(servo) for servo in self.servos],
             "engine": values(self.engine),
@@ -252,10 +274,12 @@ class Trial:
             UnknownName: If the file of a user's own robot or gait is gone.
             WrongValue: If that file has changed since, or another version wrote the data.
         """
-        codes = {kind: Plugin(**data[kind]["code"]) for kind in ("robot", "gait")}
+        codes = {kind: Plugin(**data[kind]["code"]) for kind in CODED if kind in data}
+        made = {kind: _unpacked(kind, codes[kind], data[kind]["values"]) for kind in codes}
         return cls(
-            robot=_unpacked("robot", codes["robot"], data["robot"]["values"]),
-            gait=_unpacked("gait", codes["gait"], data["gait"]["values"]),
+            robot=made["robot"],
+            gait=made["gait"],
+            balance=made.get("balance"),
             surface=instance(SURFACE_TYPES[data["surface"]["type"]], data["surface"]["values"]),
             servos=tuple(instance(Servo, servo) for servo in data["servos"]),
             engine=instance(EngineSettings, data["engine"]),
@@ -265,10 +289,11 @@ class Trial:
             names=Names(**data["names"]),
             robot_code=codes["robot"],
             gait_code=codes["gait"],
+            balance_code=codes.get("balance"),
         )
 
 
-def _unpacked(kind: Literal["gait", "robot"], code: Plugin, given: Mapping[str, Value]) -> Any:
+def _unpacked(kind: CodeKind, code: Plugin, given: Mapping[str, Value]) -> Any:
     found = code_digest(kind, code.name)
     if found != code.digest:
         raise WrongValue(

@@ -12,8 +12,8 @@ PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
     "errors plugins randomness parameters documents kinematics provenance statistics reference",
     "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
-    "servos",
-    "gaits robots metrics",
+    "servos imu balancing",
+    "gaits robots balance metrics",
     "trial experiment objectives plan engine store picture",
     "simulate report audit replay export",
     "run study",
@@ -24,7 +24,7 @@ LEVELS = [
     "__main__",
 ]
 LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names.split()}
-APART = ("gaits", "robots", "metrics")  # one file each, none imports a sibling
+APART = ("gaits", "robots", "balance", "metrics")  # one file each, none imports a sibling
 OWNERS = {
     "pybullet": {"engine"},
     "pybullet_utils": {"engine"},

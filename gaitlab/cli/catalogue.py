@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 HEX = re.compile(r"[0-9a-fA-F]{4,32}")
 EMPTY: Mapping[str, str] = MappingProxyType({})
+CLASSES: Mapping[str, Kind] = MappingProxyType({"Robot": "robot", "Balance": "balance"})
 NEAREST = 5  # trials listed when a prefix fits none or several
 
 
@@ -43,6 +44,7 @@ class Plural(str, Enum):
     gaits = "gaits"
     surfaces = "surfaces"
     servos = "servos"
+    balance = "balance"
     metrics = "metrics"
     motions = "motions"
     experiments = "experiments"
@@ -133,15 +135,15 @@ def show(
 
 
 def _kind_of_file(name: str) -> Kind:
-    """What a file defines: Python a robot or a gait, YAML is told by its keys."""
+    """What a file defines: Python is told by its class, YAML by its keys."""
     from gaitlab.documents import load
     from gaitlab.parameters import parameter_table
     from gaitlab.servos import Servo
 
     path = Path(name)
     if path.suffix == ".py":
-        is_robot = path.is_file() and "class Robot" in path.read_text(errors="replace")
-        return "robot" if is_robot else "gait"
+        text = path.read_text(errors="replace") if path.is_file() else ""
+        return next((kind for name, kind in CLASSES.items() if f"class {name}" in text), "gait")
     keys = set(load(path).mapping)
     if "type" in keys or "frames" in keys:
         return "surface" if "type" in keys else "motion"
@@ -150,7 +152,7 @@ def _kind_of_file(name: str) -> Kind:
 
 def _described(kind: Kind, name: str) -> str:
     head = f"{kind} {name}"
-    if kind in ("gait", "robot"):
+    if kind == "gait" or kind == "robot" or kind == "balance":
         from gaitlab.plugins import load_class
 
         cls = load_class(kind, name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import gaitlab.trial
 from gaitlab.experiment import Experiment, Parts
@@ -12,18 +12,15 @@ from gaitlab.trial import canonical_json, values
 
 DIGEST_LENGTH = 16  # hex digits; only ever compared with the digest of the same part
 _SURFACE = "surface "  # start of a ground's name among the parts
+_BALANCE = "balance"  # a part only where there is a controller
 
 
 def basis(experiment: Experiment) -> dict[str, str]:
     """Digest of each part that an experiment starts from, without what it varies."""
     parts, varied = experiment.parts, frozenset(experiment.varied)
-    first, *others = [_walker(each, varied) for each in experiment.walkers.values() or [parts]]
+    walkers = [_walker(each, varied) for each in experiment.walkers.values() or [parts]]
     owners = {
-        # With several walkers each part stands for all of them, so one name may blame another's.
-        **{
-            name: [first[name], *(o[name] for o in others)] if others else first[name]
-            for name in first
-        },
+        **_shared(walkers),
         **{
             name: _fixed(name, getattr(parts, name), varied)
             for name in ("engine", "horizon", "spread")
@@ -37,9 +34,12 @@ def basis(experiment: Experiment) -> dict[str, str]:
     return {**digests, "physics version": str(gaitlab.trial.PHYSICS_VERSION)}
 
 
-def _shared(first: Mapping[str, object], others: Iterable[Mapping[str, object]]) -> dict[str, list]:
-    """Parts of several walkers, so that one name may blame another walker's."""
-    return {name: [first[name], *(other[name] for other in others)] for name in first}
+def _shared(walkers: Sequence[Mapping[str, object]]) -> dict[str, object]:
+    """Parts of all walkers under one name each, so that one name may blame another walker's."""
+    if len(walkers) == 1:
+        return dict(walkers[0])
+    known = dict.fromkeys(name for walker in walkers for name in walker)
+    return {name: [walker.get(name) for walker in walkers] for name in known}
 
 
 def _walker(parts: Parts, varied: frozenset[str]) -> dict[str, object]:
@@ -48,7 +48,15 @@ def _walker(parts: Parts, varied: frozenset[str]) -> dict[str, object]:
         "robot": [parts.robot_code.identity, _fixed("robot", parts.robot, varied)],
         "gait": [parts.gait_code.identity, _fixed("gait", parts.gait, varied)],
         "servo": [_fixed("servo", servo, varied) for servo in parts.servos({})],
+        **_balance(parts, varied),
     }
+
+
+def _balance(parts: Parts, varied: frozenset[str]) -> dict[str, object]:
+    if parts.balance is None or parts.balance_code is None:
+        return {}
+    gains = _fixed(_BALANCE, parts.balance, varied)
+    return {_BALANCE: [parts.balance_code.identity, gains]}
 
 
 class Past:
@@ -71,10 +79,16 @@ class Past:
 
 
 def _difference(before: Mapping[str, str], now: Mapping[str, str], surface: str) -> str:
-    names = [name for name in now if not name.startswith(_SURFACE) or name == surface]
-    different = [name for name in names if before.get(name, now[name]) != now[name]]
+    known = {**now, _BALANCE: now.get(_BALANCE, "")}
+    names = [name for name in known if not name.startswith(_SURFACE) or name == surface]
+    different = [name for name in names if _before(before, name, known) != known[name]]
     shown = [name.partition(" ")[0] if name == surface else name for name in different]
     return f"{' and '.join(shown)} changed" if shown else ""
+
+
+def _before(before: Mapping[str, str], name: str, now: Mapping[str, str]) -> str:
+    """A part's digest then; what an older list does not name has not changed."""
+    return before.get(name, "" if name == _BALANCE else now[name])
 
 
 def _place(listed: Listed) -> str:

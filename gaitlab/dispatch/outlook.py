@@ -92,7 +92,7 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
         cells.setdefault(item.cell_index, Counter())[standing(listed(item))] += 1
         values.setdefault(item.cell_index, item.values)
     walkers = experiment.walkers.values() or [experiment.parts]
-    codes = [code for parts in walkers for code in (parts.robot_code, parts.gait_code)]
+    codes = [code for parts in walkers for code in parts.codes]
     return Outlook(
         standings=[cells[index] for index in sorted(cells)],
         values=[values[index] for index in sorted(values)],

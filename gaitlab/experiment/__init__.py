@@ -11,12 +11,14 @@ SI units and radians throughout. Keys:
     walkers:                        several robots, instead of robot: and gait:
       - {robot: nao, gait: nao}         each may have servo:, engine: and a name:
       - {include: bases/bioloid.yaml}   robot, gait, servo, engine of a base file
+    balance: {type: ankle_hip, ankle_pitch_gain: 0.3}   closes the loop; by default none
     surfaces: [grass_50mm, ./our_field.yaml]
     surface: {toe_catch: 5.0}       set on every surface, which must have the parameter
     servo: {type: mx_28, supply: 11.1}   set on every servo; `type` replaces the robot's choice
     grid:                           every combination of
       gait.step_length: [0.0, 0.02]     lists under dotted paths that start with gait., surface.,
-      robot.sole.kind: [flat, studs]    servo., robot., engine., horizon. or spread.
+      robot.sole.kind: [flat, studs]    balance., servo., robot., engine., horizon. or spread.
+      balance.type: [none, ankle_hip]   without and with the controller of `balance:`
     zip:                            lists that move together; several such mappings as a list
       gait.heel_strike: [none, add]
       gait.landing_deceleration: [none, log_tail]
@@ -43,12 +45,13 @@ from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.design import Design, Follower, Quantity
 from gaitlab.experiment.experiment import Experiment, load_experiment
-from gaitlab.experiment.parts import Parts, Value, changed, try_out
+from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, try_out
 from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 
 __all__ = [
+    "NO_BALANCE",
     "Axis",
     "Design",
     "Experiment",

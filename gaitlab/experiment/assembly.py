@@ -10,10 +10,26 @@ from typing import Any, Literal, TypeVar
 from gaitlab.commands import require_playable
 from gaitlab.documents import Node, build, check, checked
 from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
-from gaitlab.experiment.parts import SERVO_TYPE, Parts, Value, changed, servo_type, try_out
+from gaitlab.experiment.parts import (
+    NO_BALANCE,
+    SERVO_TYPE,
+    Parts,
+    Value,
+    changed,
+    servo_type,
+    try_out,
+)
 from gaitlab.experiment.schema import Sections
 from gaitlab.parameters import parameter_table
-from gaitlab.plugins import blamed, is_file_name, label, load_class, names, suggestion
+from gaitlab.plugins import (
+    CodeKind,
+    blamed,
+    is_file_name,
+    label,
+    load_class,
+    names,
+    suggestion,
+)
 from gaitlab.servos import Servo
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
@@ -37,13 +53,16 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     gait = _collected(problems, lambda: _plugged("gait", sections.gait, varied))
     surfaces = _collected(problems, lambda: read_surfaces(sections))
     servo = _collected(problems, lambda: read_servo(sections.servo))
-    if robot is None or gait is None or surfaces is None or servo is None:
+    balance = _collected(problems, lambda: _balance(sections.balance, varied))
+    if robot is None or gait is None or surfaces is None or servo is None or balance is None:
         raise FileError(problems)
     parts = Parts(
         robot=robot[0],
         robot_code=robot[1],
         gait=gait[0],
         gait_code=gait[1],
+        balance=balance[0],
+        balance_code=balance[1],
         surfaces=surfaces,
         servo=servo,
         engine=sections.engine,
@@ -52,6 +71,7 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     )
     servos = checked(sections.servo or sections.robot, lambda: parts.servos({}))
     checked(sections.gait, lambda: require_playable(parts.gait, parts.robot, servos))
+    checked(sections.balance or sections.robot, lambda: parts.try_out("balance", {}))
     return parts
 
 
@@ -63,9 +83,16 @@ def _collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
         return None
 
 
-def _plugged(
-    kind: Literal["gait", "robot"], node: Node, varied: Mapping[str, Node]
-) -> tuple[Any, Plugin]:
+def _balance(
+    node: Node | None, varied: Mapping[str, Node]
+) -> tuple[Any, Plugin] | tuple[None, None]:
+    """The balance controller and its code; switched off, its gains go unread."""
+    if node is None or _type_of("balance", node).value == NO_BALANCE:
+        return None, None
+    return _plugged("balance", node, varied)
+
+
+def _plugged(kind: CodeKind, node: Node, varied: Mapping[str, Node]) -> tuple[Any, Plugin]:
     name = _type_of(kind, node)
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
@@ -81,10 +108,10 @@ def _plugged(
     return made, code
 
 
-def _type_of(kind: Literal["gait", "robot", "servo"], node: Node) -> Node:
+def _type_of(kind: Literal["gait", "robot", "balance"], node: Node) -> Node:
     name = node.mapping.get("type")
     if name is None:
-        known = ", ".join(names(kind))
+        known = ", ".join([NO_BALANCE] * (kind == "balance") + names(kind))
         message = f"{kind}: found {node.found()}; expected a name or `type:` with one of: {known}"
         raise FileError([node.problem(message)])
     if not isinstance(name.value, str):

@@ -43,7 +43,14 @@ def _walker_content(parts: Parts) -> dict[str, object]:
         "robot": [parts.robot_code.identity, values(parts.robot)],
         "gait": [parts.gait_code.identity, values(parts.gait)],
         "servos": [values(servo) for servo in parts.servos({})],
+        **_balance_content(parts),
     }
+
+
+def _balance_content(parts: Parts) -> dict[str, object]:
+    if parts.balance is None or parts.balance_code is None:
+        return {}
+    return {"balance": [parts.balance_code.identity, values(parts.balance)]}
 
 
 def _other_content(parts: Parts) -> dict[str, object]:

@@ -6,15 +6,16 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
+from gaitlab.balancing import Balance, require_joints
 from gaitlab.body import Robot
 from gaitlab.commands import require_playable
 from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
 from gaitlab.motion import Gait, require_walk
 from gaitlab.parameters import Parameter, get_path, parameter_table
-from gaitlab.plugins import is_file_name, locate, nearest, suggestion
+from gaitlab.plugins import is_file_name, label, locate, names, nearest, suggestion
 from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo
 from gaitlab.settings import EngineSettings, Horizon, Spread
@@ -23,7 +24,7 @@ from gaitlab.trial import Plugin
 
 T = TypeVar("T")
 Value = bool | int | float | str
-GROUPS = ("gait", "surface", "servo", "robot", "engine", "horizon", "spread")
+GROUPS = ("gait", "balance", "surface", "servo", "robot", "engine", "horizon", "spread")
 ELSEWHERE = {  # what is varied in another way
     "surface": "list the grounds under `surfaces:`",
     "surfaces": "list the grounds under `surfaces:`",
@@ -45,6 +46,9 @@ SERVO_TYPE = Parameter(
 )
 
 
+NO_BALANCE = "none"  # a balance controller that there is not
+
+
 @dataclass(frozen=True, kw_only=True)
 class Parts:
     """What a trial is made of, before anything is varied.
@@ -59,6 +63,8 @@ class Parts:
         engine: How the engine integrates.
         horizon: When a trial ends.
         spread: How much replicates differ.
+        balance: The balance controller; None without one.
+        balance_code: Its code.
     """
 
     robot: Robot
@@ -70,6 +76,19 @@ class Parts:
     engine: EngineSettings
     horizon: Horizon
     spread: Spread
+    balance: Balance | None = None
+    balance_code: Plugin | None = None
+
+    @property
+    def codes(self) -> tuple[Plugin, ...]:
+        """Code of everything that is code."""
+        balance = () if self.balance_code is None else (self.balance_code,)
+        return (self.robot_code, self.gait_code, *balance)
+
+    @property
+    def balance_name(self) -> str:
+        """What the balance controller is called; `none` without one."""
+        return label(self.balance_code.name) if self.balance_code else NO_BALANCE
 
     def parameter(self, path: str) -> Parameter:
         """What is known of a dotted path.
@@ -86,6 +105,9 @@ class Parts:
                 f"{path!r} is no dotted path; it starts with one of: {starts}"
                 f"{nearest(path, self._paths())}"
             )
+        if group == "balance" and self.balance is None:
+            shown = " or ".join(f"`balance: {name}`" for name in names("balance"))
+            raise WrongValue(f"{path!r}: there is no balance controller; add a line {shown}")
         if group == "surface":
             return self._of_every_surface(path, rest)
         table = self._table(group)
@@ -101,7 +123,18 @@ class Parts:
     def _table(self, group: str) -> Mapping[str, Parameter]:
         if group == "servo":
             return {"type": SERVO_TYPE, **parameter_table(Servo)}
+        if group == "balance":
+            return {} if self.balance is None else self._balance_table()
         return parameter_table(type(getattr(self, group)))
+
+    def _balance_table(self) -> Mapping[str, Parameter]:
+        """Gains, and the switch under `type`: the controller of the file or none."""
+        switch = dataclasses.replace(
+            SERVO_TYPE,
+            type=Literal[NO_BALANCE, self.balance_name],
+            doc="the balance controller, or none",
+        )
+        return {"type": switch, **parameter_table(type(self.balance))}
 
     def _of_every_surface(self, path: str, rest: str) -> Parameter:
         for name, surface in self.surfaces.items():
@@ -130,7 +163,9 @@ class Parts:
             WrongValue, ValueError: If the part itself refuses the combination.
         """
         inner = {path.partition(".")[2]: value for path, value in changes.items()}
-        if group == "servo":
+        if group == "balance":
+            self.balanced(inner)
+        elif group == "servo":
             self.servos(inner)
         elif group == "surface":
             for surface in self.surfaces.values():
@@ -150,6 +185,8 @@ class Parts:
                 for joint in self.robot.tree.joints
                 if joint.servo
             ]
+        elif path == "balance.type":
+            found = [self.balance_name]
         elif group == "servo":
             found = [get_path(servo, rest) for servo in self.servos({})]
         elif group == "surface":
@@ -157,6 +194,19 @@ class Parts:
         else:
             found = [get_path(getattr(self, group), rest)]
         return list(dict.fromkeys(found))
+
+    def balanced(self, changes: Mapping[str, Value], robot: Robot | None = None) -> Balance | None:
+        """The balance controller with gains changed; None when there is none or it is off.
+
+        Raises:
+            WrongValue: If the robot lacks a joint to balance with.
+        """
+        gains = {path: value for path, value in changes.items() if path != "type"}
+        if self.balance is None or changes.get("type") == NO_BALANCE:
+            return None
+        made = changed(self.balance, gains)
+        require_joints(made, robot or self.robot)
+        return made
 
     def servos(self, changes: Mapping[str, Value], robot: Robot | None = None) -> tuple[Servo, ...]:
         """One servo a driven joint in the order of the tree, with all settings applied."""

@@ -14,10 +14,10 @@ from gaitlab.plugins import suggestion
 PATH = re.compile(r"\w+(\.\w+)*")
 LONGEST_SHOWN = 200  # characters of a setting that a message quotes
 DEEPEST_INCLUDE = 8  # files
-HANDED_DOWN = ("robot", "gait", "servo", "engine")  # sections that belong to a walker
+HANDED_DOWN = ("robot", "gait", "balance", "servo", "engine")  # sections that belong to a walker
 WALKER_KEYS = ("name", "include", *HANDED_DOWN)
 LISTED = ("variants", "metrics")  # of the report: a name alone stands for a list of one
-TYPED = ("robot", "gait", "servo")  # sections that may be a bare name
+TYPED = ("robot", "gait", "balance", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
 RANGED = ("study.search.", "design.box.")  # what the dotted path of a range follows
 ENDS = ("low", "high", "step", "log")  # keys of a range that can be set alone

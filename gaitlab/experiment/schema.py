@@ -63,6 +63,9 @@ class Sections:
     description: str = parameter("", unit="-", doc="a paragraph")
     robot: Node = parameter(unit="-", doc="name, or `type` and parameters")
     gait: Node = parameter(unit="-", doc="name, or `type` and parameters")
+    balance: Node | None = parameter(
+        None, unit="-", doc="balance controller: name, or `type` and gains; by default none"
+    )
     walkers: Node | None = parameter(
         None, unit="-", doc="robots with their gaits, instead of `robot` and `gait`"
     )

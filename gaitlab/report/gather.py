@@ -8,7 +8,7 @@ from dataclasses import replace
 import pandas as pd
 
 from gaitlab.errors import NothingRun, UsageError
-from gaitlab.experiment import Experiment
+from gaitlab.experiment import NO_BALANCE, Experiment
 from gaitlab.plan import plan
 from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
 from gaitlab.report.results import ONE_ROW, Results
@@ -159,9 +159,16 @@ def base_trials(experiment: Experiment) -> list[Trial]:
 def _base(experiment: Experiment) -> dict[str, Value]:
     """Values that an experiment does not vary, by dotted path."""
     trial = base_trial(experiment)
-    parts = {"robot": trial.robot, "gait": trial.gait, "surface": trial.surface}
+    parts: dict[str, object] = {
+        "robot": trial.robot,
+        "gait": trial.gait,
+        "surface": trial.surface,
+    }
     settings = {"engine": trial.engine, "horizon": trial.horizon, "spread": trial.spread}
-    known: dict[str, Value] = {"robot": trial.names.robot, "gait": trial.names.gait}
+    names = {"robot": trial.names.robot, "gait": trial.names.gait}
+    known: dict[str, Value] = {**names, "balance": trial.names.balance or NO_BALANCE}
+    if trial.balance is not None:
+        parts["balance"] = trial.balance
     for group, owner in {**parts, **settings}.items():
         for path, value in values(owner).items():
             if isinstance(value, (bool, int, float, str)):
@@ -177,7 +184,8 @@ def _unshared(
         yield from experiment.varied
     for path in dict.fromkeys(path for base in bases for path in base):
         differs = len({repr(base.get(path)) for base in bases}) > 1
-        if differs and not path.startswith("surface."):
+        switched = path.startswith("balance.") and not all(path in base for base in bases)
+        if differs and not switched and not path.startswith("surface."):
             yield path
 
 

@@ -99,6 +99,9 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part
         names = trial.names
         of = f" of {names.robot}" if experiments[0].walkers else ""
         yield Part(title=f"gait {names.gait}{of}", path="gait", value=trial.gait, varied=varied)
+        if trial.balance is not None:
+            title = f"balance {names.balance}{of}"
+            yield Part(title=title, path="balance", value=trial.balance, varied=varied)
         yield Part(title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied)
         for name, servo in _servos(trial).items():
             notes = file_notes("servo", name, experiments[0].path.parent)

@@ -37,7 +37,7 @@ def label_of(values: Mapping[str, Value], shared: Sequence[str] = ()) -> str:
 
 
 def _part(path: str, value: Value, bare: bool) -> str:
-    name = path.rpartition(".")[2].replace("_", " ")
+    name = path.removesuffix(".type").rpartition(".")[2].replace("_", " ")
     if is_off(value):
         return ""
     if path == "experiment":

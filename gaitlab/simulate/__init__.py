@@ -15,6 +15,7 @@ from gaitlab.log import GRAVITY, LogHeader, TrialLog
 from gaitlab.motion import require_feet
 from gaitlab.servos.law import torque_limit
 from gaitlab.simulate.columns import log_of
+from gaitlab.simulate.loop import Loop, loop_of
 from gaitlab.simulate.recording import Recording
 from gaitlab.surfaces.surface import FibreMat, TuftedPile
 from gaitlab.trial import Trial
@@ -47,20 +48,23 @@ def simulate(trial: Trial) -> TrialLog:
         seed=trial.seed,
     ) as engine:
         recording = Recording(len(targets), len(header.joints), engine.feet)
-        _walk(engine, recording, targets, header, trial)
-    return log_of(recording, trial.robot, header, feet, targets)
+        loop = loop_of(trial, feet, targets)
+        _walk(engine, recording, loop, header, trial)
+    return log_of(recording, trial.robot, header, feet, loop.sent)
 
 
 def _walk(
-    engine: Engine, recording: Recording, targets: np.ndarray, header: LogHeader, trial: Trial
+    engine: Engine, recording: Recording, loop: Loop, header: LogHeader, trial: Trial
 ) -> None:
     falling = FallDetector(header.dt, header.standing_height)
     arrival = _Arrival(round(header.startup_time / header.dt), trial.horizon.distance)
     centre = trial.robot.tree.links[0].box.centre
-    for target in targets:
-        engine.command(target)
+    loop.feel(engine.state())
+    for tick in range(len(loop.sent)):
+        engine.command(loop.target(tick))
         engine.step()
         state = engine.state()
+        loop.feel(state)
         touching = recording.put(state, engine.plough)
         upright, height = _trunk(state, centre)
         if not isfinite(height):

@@ -22,7 +22,7 @@ class Details(NamedTuple):
 
     Attributes:
         reason: First line of the record's reason.
-        labels: Robot, gait and surface by name, and the seed.
+        labels: Robot, gait, surface and balance controller, if any, by name, and the seed.
         metrics: As in the record.
         provenance: As in the record, without what differs between two equal runs.
     """
@@ -66,9 +66,10 @@ def entry(record: TrialRecord, size: int) -> Entry:
     """The line of the index that stands for a record whose file has this size, in bytes."""
     names = record.trial.get("names", {})
     labels = {kind: names.get(kind) for kind in ("robot", "gait", "surface")}
+    balance = {"balance": names["balance"]} if "balance" in names else {}
     details = Details(
         reason=next(iter(record.reason.splitlines()), ""),
-        labels={**labels, "seed": record.trial.get("seed")},
+        labels={**labels, **balance, "seed": record.trial.get("seed")},
         metrics={name: finite(value) for name, value in record.metrics.items()},
         provenance=lasting(record.provenance),
     )
