@@ -97,7 +97,8 @@ def _summary(kind: Kind, name: str) -> str:
         return f"wrong file: {error.problems[0].message}"
     described = found.get("title" if kind == "experiment" else "description")
     text = " ".join(str(described.value).split()) if described else ""
-    return f"study: {text}" if kind == "experiment" and "study" in found else text
+    kinds = (key for key in ("study", "reproduction") if kind == "experiment" and key in found)
+    return ": ".join([*kinds, text])
 
 
 def show(
@@ -227,9 +228,11 @@ def _metric_text(name: str) -> str:
 
 
 def _experiment_text(name: str) -> str:
-    from gaitlab.experiment import load_experiment
+    from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.plan import plan
 
+    if is_reproduction(name):
+        return _reproduction_text(name)
     experiment = load_experiment(name)
     planned = plan(experiment)
     lines = [
@@ -248,6 +251,26 @@ def _experiment_text(name: str) -> str:
             f"{duration(planned.seconds)}",
             f"`gaitlab run {name} --dry-run` says what would run",
         ]
+    return "\n".join(line for line in lines if line)
+
+
+def _reproduction_text(name: str) -> str:
+    """Which experiments share a page, how much there is to walk, and the page's sections."""
+    from gaitlab.plan import plan
+    from gaitlab.reproduction import load_reproduction
+
+    whole = load_reproduction(name)
+    members = [[one.name, str(plan(one).size), one.title] for one in whole.members]
+    sections = [[one.kind, one.title, ", ".join(one.experiments)] for one in whole.sections]
+    lines = [
+        whole.title,
+        whole.description,
+        f"file: {whole.path}",
+        columns(["experiment", "trials", "what it is"], members),
+        columns(["section", "title", "made from"], sections),
+        f"`gaitlab run {name}` walks all of it, `gaitlab report {name}` writes its page; both take "
+        "--quick",
+    ]
     return "\n".join(line for line in lines if line)
 
 

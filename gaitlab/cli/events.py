@@ -1,6 +1,8 @@
 """What happens in a run, for machines: one JSON object a line on stdout.
 
     event    when                   keys
+    member   the next of several    experiment, number: what comes next is of this member of a
+                                    reproduction; its `end` is that of all members
     start    the plan is known      counts
     trial    a trial has ended      id, state, stable (null if nothing was simulated), cell, seed,
                                     reason (why there is no result; else empty)

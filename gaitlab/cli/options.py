@@ -42,6 +42,9 @@ Jobs: TypeAlias = Annotated[
         help="Worker processes, one a core by default; 0 runs in this process.",
     ),
 ]
+Quick: TypeAlias = Annotated[
+    bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
+]
 Quiet: TypeAlias = Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")]
 
 DEFAULT_STORE = Path("data")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, Seeds, Settings, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, Quick, Seeds, Settings, StoreFolder
 from gaitlab.cli.printing import (
     columns,
     number,
@@ -67,25 +67,40 @@ def report(
         str | None,
         typer.Option(metavar="URL", help="Database of a study, if several machines share it."),
     ] = None,
+    quick: Quick = False,
     seeds: Seeds = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Write the tables and figures of experiments, or of studies, as a page of Markdown.
+    """Write the tables and figures of experiments, studies or a reproduction as a page of Markdown.
 
     \b
     Example:
       gaitlab report eros_table7 eros_table8
       gaitlab report eros_quick --format html --tables
       gaitlab report eros_small
+      gaitlab report eros_reproduction --quick
     """
-    from gaitlab.experiment import load_experiment
+    from gaitlab.cli.running import refuse_quick
+    from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.optimize.findings import write_study_report
     from gaitlab.report import write_report
     from gaitlab.store import Store
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
+    if any(map(is_reproduction, experiments)):
+        from gaitlab.cli.reproducing import only_one
+        from gaitlab.reproduction import load_reproduction, write_reproduction
+
+        name = only_one(experiments)
+        with other_output_on_stderr():
+            whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
+            html = form is Form.html
+            page = write_reproduction(whole, Store(store), output, html=html, tables=tables)
+        say(str(page))
+        return 0
+    refuse_quick(experiments[0], quick)
     with other_output_on_stderr():
         loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
         write = write_report

@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,16 +15,16 @@ from gaitlab.cli.options import (
     DEFAULT_STORE,
     ExperimentName,
     Jobs,
+    Quick,
     Quiet,
     Seeds,
     Settings,
     StoreFolder,
 )
+from gaitlab.cli.plan_text import plan_text
 from gaitlab.cli.printing import (
     DAY,
-    columns,
     duration,
-    number,
     other_output_on_stderr,
     plural,
     say,
@@ -35,7 +34,7 @@ from gaitlab.cli.printing import (
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from gaitlab.dispatch import Cost, Outlook, Progress, Standing, Summary
+    from gaitlab.dispatch import Cost, Progress, Summary
     from gaitlab.store import Store
 
 MANY_TRIALS = 100_000  # more need --yes
@@ -43,8 +42,6 @@ LONG = DAY  # s, an estimate beyond this needs --yes
 INTERRUPTED, SOME_FAILED = 130, 4  # exit codes
 SHOWN_REASONS = 5
 MOST_JOBS = 1000  # processes; a slip of the finger beyond
-LONGEST_TABLE = 30  # cells of a plan that are listed; more are summed up
-SHOWN_VALUES = 12  # of a path in such a sum
 
 
 def run(
@@ -66,12 +63,13 @@ def run(
         bool,
         typer.Option("--json-lines", help="Print every event as a JSON object, one a line."),
     ] = False,
+    quick: Quick = False,
     quiet: Quiet = False,
     yes: Annotated[
         bool, typer.Option("--yes", help="Run even if it takes more than a day.")
     ] = False,
 ) -> int:
-    """Simulate the trials of an experiment that are not in the store yet.
+    """Simulate the trials of an experiment, or of a reproduction, that are not in the store yet.
 
     Killing it is safe at any time: the same command goes on from there.
 
@@ -80,24 +78,42 @@ def run(
       gaitlab run eros_quick -j 2 --set gait.step_height=0.02
     """
     from gaitlab.dispatch import cost, dispatch, outlook
-    from gaitlab.experiment import load_experiment, refuse_study
+    from gaitlab.experiment import is_reproduction, load_experiment, refuse_study
     from gaitlab.plan import plan
     from gaitlab.store import Store
 
+    results, workers = Store(store), worker_count(jobs)
+    if is_reproduction(experiment):
+        from gaitlab.cli.reproducing import Asked, run_members
+        from gaitlab.reproduction import load_reproduction
+
+        with other_output_on_stderr():
+            whole = load_reproduction(experiment, quick=quick, settings=settings or (), seeds=seeds)
+        again = arguments_of(experiment, settings, seeds, store, quick=quick)
+        asked = Asked(
+            workers=workers,
+            retry_failed=retry_failed,
+            as_json=as_json,
+            json_lines=json_lines,
+            quiet=quiet,
+            yes=yes,
+            again=again,
+        )
+        return run_members(whole, results, asked, dry_run=dry_run)
+    refuse_quick(experiment, quick)
     with other_output_on_stderr():
         wanted = load_experiment(experiment, settings or (), seeds)
     refuse_study(wanted)
-    results, workers = Store(store), worker_count(jobs)
     planned = plan(wanted)
-    _refuse_large(cost(planned, planned.size, workers), yes)
+    refuse_large(cost(planned, planned.size, workers), yes)
     if dry_run:
         found = outlook(wanted, results)
         due = sum(found.due(retry_failed).values())
         needed = cost(planned, due, workers)
-        say(_plan_text(found, needed, retry_failed, as_json or json_lines))
+        say(plan_text(found, needed, retry_failed, as_json or json_lines))
         return 0
-    told = _told(quiet, json_lines)
-    again = _arguments(experiment, settings, seeds, store)
+    told = told_of(quiet, json_lines)
+    again = arguments_of(experiment, settings, seeds, store)
     try:
         with other_output_on_stderr():
             summary = dispatch(
@@ -106,12 +122,12 @@ def run(
     except KeyboardInterrupt:
         tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
         return INTERRUPTED
-    _tell_reasons(results, wanted.name, summary)
+    tell_reasons(results, wanted.name, summary)
     say(_outcome(summary, again, as_json, json_lines))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
 
 
-def _told(quiet: bool, json_lines: bool) -> Progress:
+def told_of(quiet: bool, json_lines: bool) -> Progress:
     """Who is told of what happens meanwhile."""
     from gaitlab.cli.events import JsonLines
     from gaitlab.cli.progress import progress
@@ -125,7 +141,7 @@ def _outcome(summary: Summary, arguments: str, as_json: bool, json_lines: bool) 
 
     if json_lines:
         return end_line(summary)
-    return json.dumps(summary_object(summary)) if as_json else _summary_text(summary, arguments)
+    return json.dumps(summary_object(summary)) if as_json else summary_text(summary, arguments)
 
 
 def worker_count(jobs: int | None) -> int:
@@ -145,7 +161,25 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _refuse_large(needed: Cost, yes: bool) -> None:
+def refuse_quick(experiment: str, quick: bool) -> None:
+    """Refuse a short form of what has none.
+
+    Raises:
+        UsageError: If it is asked for.
+    """
+    if quick:
+        raise UsageError(
+            f"--quick: {experiment} is no reproduction and has no short form; give it fewer seeds "
+            "with --seeds N"
+        )
+
+
+def refuse_large(needed: Cost, yes: bool) -> None:
+    """Refuse what takes more than a day unless the user knows.
+
+    Raises:
+        UsageError: If it does.
+    """
     if yes or (needed.trials <= MANY_TRIALS and needed.seconds <= LONG):
         return
     raise UsageError(
@@ -154,70 +188,8 @@ def _refuse_large(needed: Cost, yes: bool) -> None:
     )
 
 
-def _plan_text(found: Outlook, needed: Cost, retry_failed: bool, as_json: bool) -> str:
-    """The plan as a table, a row a cell and a reason for everything that would run."""
-    if as_json:
-        counts = {"new": 0, "file damaged": 0, "failed before": 0, **found.due(True)}
-        return json.dumps(
-            {
-                "planned": found.planned,
-                "cached": found.count("cached"),
-                "to_run": {stand.replace(" ", "_"): count for stand, count in counts.items()},
-                "seconds": round(needed.seconds),
-                "bytes": round(needed.size),
-            }
-        )
-    short = len(found.standings) <= LONGEST_TABLE
-    table = _every_cell(found, retry_failed) if short else _cells_by_reason(found, retry_failed)
-    total = f"{plural(found.planned, 'trial')} in {plural(len(found.standings), 'cell')}: "
-    total += f"{found.count('cached')} cached, {needed.trials} to run, "
-    total += f"up to {duration(needed.seconds)} and {size(needed.size)}"
-    code = [f"this experiment runs code of your own: {file}" for file in found.own_code]
-    return "\n".join([f"{table}\n\n{total}", *code])
-
-
-def _every_cell(found: Outlook, retry_failed: bool) -> str:
-    paths = list(found.values[0]) if found.values else []
-    rows = [
-        [*(number(values[path]) for path in paths), *_standing_cells(standing, retry_failed)]
-        for values, standing in zip(found.values, found.standings, strict=True)
-    ]
-    return columns([*paths, "cached", "to run", "why"], rows)
-
-
-def _cells_by_reason(found: Outlook, retry_failed: bool) -> str:
-    """What is varied, and how many cells stand how: a long plan in a few lines."""
-    varied = [[path, _values(found, path)] for path in found.values[0]]
-    stands = [tuple(_standing_cells(standing, retry_failed)) for standing in found.standings]
-    rows = [[str(count), *stand] for stand, count in Counter(stands).items()]
-    head = ("cells", "cached in each", "to run in each", "why")
-    return f"{columns(('varied', 'values'), varied)}\n\n{columns(head, rows)}"
-
-
-def _values(found: Outlook, path: str) -> str:
-    """The values of a path, those in the middle left out when they are many."""
-    if path in found.swept:
-        return found.swept[path]
-    values = list(dict.fromkeys(number(cell[path]) for cell in found.values))
-    if len(values) > SHOWN_VALUES:
-        half = SHOWN_VALUES // 2
-        values = [*values[:half], f"... {len(values) - 2 * half} more ...", *values[-half:]]
-    return ", ".join(values)
-
-
-def _standing_cells(standing: Mapping[Standing, int], retry_failed: bool) -> list[str]:
-    due = {
-        stand: count
-        for stand, count in standing.items()
-        if stand != "cached" and (retry_failed or stand != "failed before")
-    }
-    reasons = [stand if len(due) == 1 else f"{count} {stand}" for stand, count in due.items()]
-    if standing.get("failed before") and not retry_failed:
-        reasons.append(f"{standing['failed before']} failed before, left (--retry-failed)")
-    return [str(standing.get("cached", 0)), str(sum(due.values())), ", ".join(reasons)]
-
-
-def _summary_text(summary: Summary, arguments: str) -> str:
+def summary_text(summary: Summary, arguments: str) -> str:
+    """The counts of a run in words, and the command that comes next."""
     counts = f"{plural(summary.planned, 'trial')}: {summary.cached} cached, {summary.done} done, "
     counts += f"{summary.infeasible} infeasible, {summary.failed} failed"
     counts += f", {summary.left} left" if summary.left else ""
@@ -229,17 +201,23 @@ def _summary_text(summary: Summary, arguments: str) -> str:
     return f"{counts}. {falls}\nReport: gaitlab report {arguments}"
 
 
-def _arguments(
-    experiment: str, settings: Sequence[str] | None, seeds: int | None, store: Path
+def arguments_of(
+    experiment: str,
+    settings: Sequence[str] | None,
+    seeds: int | None,
+    store: Path,
+    *,
+    quick: bool = False,
 ) -> str:
     """What makes another command mean the same trials."""
-    parts = [experiment, *(part for setting in settings or () for part in ("--set", setting))]
+    parts = [experiment, *(["--quick"] if quick else [])]
+    parts += [*(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--seeds", str(seeds)] if seeds is not None else []
     parts += ["--store", str(store)] if store != DEFAULT_STORE else []
     return shlex.join(parts)
 
 
-def _tell_reasons(results: Store, name: str, summary: Summary) -> None:
+def tell_reasons(results: Store, name: str, summary: Summary) -> None:
     """Why trials have no result, each reason once, with a trial to look at."""
     if not summary.failed and not summary.infeasible:
         return

@@ -1,7 +1,7 @@
 """From an experiment to a full store: run what is missing, keep what is there, stop cleanly."""
 
 from gaitlab.dispatch.outlook import Cost, Outlook, Standing, cost, outlook
-from gaitlab.dispatch.summary import Ended, Progress, Silent, Started, Summary
+from gaitlab.dispatch.summary import Ended, Progress, Silent, Started, Summary, total
 from gaitlab.dispatch.sweep import dispatch
 
 __all__ = [
@@ -16,4 +16,5 @@ __all__ = [
     "cost",
     "dispatch",
     "outlook",
+    "total",
 ]

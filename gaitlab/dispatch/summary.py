@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
@@ -44,6 +44,22 @@ class Summary:
     def left(self) -> int:
         """Trials still to be done."""
         return self.planned - self.cached - self.done - self.infeasible - self.failed
+
+
+def total(summaries: Iterable[Summary]) -> Summary:
+    """The sum of several runs, one after the other; a trial that two want counts in both."""
+    found = list(summaries)
+    return Summary(
+        planned=sum(one.planned for one in found),
+        cached=sum(one.cached for one in found),
+        done=sum(one.done for one in found),
+        infeasible=sum(one.infeasible for one in found),
+        failed=sum(one.failed for one in found),
+        newly_failed=sum(one.newly_failed for one in found),
+        falls=sum(one.falls for one in found),
+        seconds=sum(one.seconds for one in found),
+        interrupted=any(one.interrupted for one in found),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,179 @@
+"""`gaitlab run` of a reproduction: its experiments in turn, and the sum of what they did."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gaitlab.cli.events import end_line, summary_object
+from gaitlab.cli.plan_text import plan_object
+from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
+from gaitlab.cli.running import (
+    INTERRUPTED,
+    SOME_FAILED,
+    refuse_large,
+    summary_text,
+    tell_reasons,
+    told_of,
+)
+from gaitlab.dispatch import Cost, Outlook, Summary, cost, dispatch, outlook, total
+from gaitlab.errors import UsageError
+from gaitlab.experiment import Experiment
+from gaitlab.plan import plan
+from gaitlab.reproduction import Reproduction
+from gaitlab.store import Store
+
+COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a summary
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """Options of the command.
+
+    Attributes:
+        workers: Worker processes; 0 runs in this process.
+        retry_failed: Run trials again that failed before.
+        as_json: Print the counts as one object.
+        json_lines: Print every event as an object.
+        quiet: Show no progress.
+        yes: Run even if it takes more than a day.
+        again: Arguments that make another command mean the same trials.
+    """
+
+    workers: int
+    retry_failed: bool
+    as_json: bool
+    json_lines: bool
+    quiet: bool
+    yes: bool
+    again: str
+
+
+def run_members(whole: Reproduction, store: Store, asked: Asked, *, dry_run: bool) -> int:
+    """Run every experiment of a reproduction, or say what would run.
+
+    Raises:
+        UsageError: If all of them together take more than a day and nobody said yes.
+        StoreError: If the store cannot be used.
+    """
+    refuse_large(_whole_cost(whole.members, asked.workers), asked.yes)
+    if dry_run:
+        say(_plans(whole.members, store, asked))
+        return 0
+    try:
+        done = _run_in_turn(whole.members, store, asked)
+    except KeyboardInterrupt:
+        tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {asked.again}")
+        return INTERRUPTED
+    found = total(done.values())
+    say(_outcome(done, found, asked))
+    return INTERRUPTED if found.interrupted else SOME_FAILED if found.failed else 0
+
+
+def only_one(names: Sequence[str]) -> str:
+    """The one reproduction that a page is made of.
+
+    Raises:
+        UsageError: If more than one thing is named.
+    """
+    if len(names) != 1:
+        raise UsageError(
+            f"{' and '.join(names)}: a reproduction has a page of its own; report it alone"
+        )
+    return names[0]
+
+
+def _whole_cost(members: Sequence[Experiment], workers: int) -> Cost:
+    costs = [cost(planned, planned.size, workers) for planned in map(plan, members)]
+    return _sum(costs)
+
+
+def _sum(costs: Sequence[Cost]) -> Cost:
+    return Cost(
+        trials=sum(one.trials for one in costs),
+        seconds=sum(one.seconds for one in costs),
+        size=sum(one.size for one in costs),
+    )
+
+
+def _run_in_turn(members: Sequence[Experiment], store: Store, asked: Asked) -> dict[str, Summary]:
+    """What was done of each member; after a Ctrl-C nothing of those that come later."""
+    done: dict[str, Summary] = {}
+    for number, member in enumerate(members, start=1):
+        if any(summary.interrupted for summary in done.values()):
+            done[member.name] = Summary(planned=plan(member).size)
+            continue
+        _announce(member, number, len(members), asked)
+        told = told_of(asked.quiet, asked.json_lines)  # before stdout is kept from others
+        with other_output_on_stderr():
+            done[member.name] = dispatch(
+                member, store, jobs=asked.workers, retry_failed=asked.retry_failed, progress=told
+            )
+        tell_reasons(store, member.name, done[member.name])
+    return done
+
+
+def _announce(member: Experiment, number: int, count: int, asked: Asked) -> None:
+    if asked.json_lines:
+        say(json.dumps({"event": "member", "experiment": member.name, "number": number}))
+    elif not asked.quiet:
+        tell(f"{member.name} ({number} of {count})")
+
+
+def _outcome(done: Mapping[str, Summary], found: Summary, asked: Asked) -> str:
+    """What stdout ends with: the members one by one, their sum, and what comes next."""
+    if asked.json_lines:
+        return end_line(found)
+    if asked.as_json:
+        members = {name: summary_object(summary) for name, summary in done.items()}
+        return json.dumps({**summary_object(found), "members": members})
+    return f"{columns(('experiment', *COUNTED), _rows(done))}\n\n{summary_text(found, asked.again)}"
+
+
+def _rows(done: Mapping[str, Summary]) -> list[list[str]]:
+    return [[name, *(str(getattr(one, key)) for key in COUNTED)] for name, one in done.items()]
+
+
+def _plans(members: Sequence[Experiment], store: Store, asked: Asked) -> str:
+    """What would run of each member, and of all of them together."""
+    found = {member.name: outlook(member, store) for member in members}
+    needed = {
+        member.name: cost(plan(member), _due(found[member.name], asked), asked.workers)
+        for member in members
+    }
+    whole = _sum(list(needed.values()))
+    if asked.as_json or asked.json_lines:
+        return json.dumps(_plans_object(found, needed, whole))
+    rows = [[name, *_plan_cells(found[name], needed[name])] for name in found]
+    head = ("experiment", "cells", "planned", "cached", "to run", "up to", "logs up to")
+    planned = sum(one.planned for one in found.values())
+    cached = sum(one.count("cached") for one in found.values())
+    counts = f"{plural(planned, 'trial')} in {plural(len(members), 'experiment')}: {cached} cached"
+    cost_text = f"up to {duration(whole.seconds)} and {size(whole.size)}"
+    code = sorted({file for one in found.values() for file in one.own_code})
+    notes = [f"this reproduction runs code of your own: {file}" for file in code]
+    total_line = f"{counts}, {whole.trials} to run, {cost_text}"
+    return "\n".join([columns(head, rows), "", total_line, *notes])
+
+
+def _due(found: Outlook, asked: Asked) -> int:
+    return sum(found.due(asked.retry_failed).values())
+
+
+def _plan_cells(found: Outlook, needed: Cost) -> list[str]:
+    counts = len(found.standings), found.planned, found.count("cached"), needed.trials
+    return [*map(str, counts), duration(needed.seconds), size(needed.size)]
+
+
+def _plans_object(
+    found: Mapping[str, Outlook], needed: Mapping[str, Cost], whole: Cost
+) -> dict[str, object]:
+    return {
+        "planned": sum(one.planned for one in found.values()),
+        "cached": sum(one.count("cached") for one in found.values()),
+        "to_run": whole.trials,
+        "seconds": round(whole.seconds),
+        "bytes": round(whole.size),
+        "members": {name: plan_object(found[name], needed[name]) for name in found},
+    }
