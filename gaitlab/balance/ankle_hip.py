@@ -54,16 +54,16 @@ class Balance:
     """Gains of three strategies in pitch and roll; positive ones act against a fall."""
 
     ankle_pitch_gain: float = parameter(
-        0.3, unit="-", low=-3.0, high=3.0, doc="stance ankle pitch per lean", source=_TRIED
+        0.5, unit="-", low=-3.0, high=3.0, doc="stance ankle pitch per lean", source=_TRIED
     )
     ankle_pitch_damping: float = parameter(
-        0.03, unit="s", low=-0.5, high=0.5, doc="stance ankle pitch per rate", source=_TRIED
+        0.05, unit="s", low=-0.5, high=0.5, doc="stance ankle pitch per rate", source=_TRIED
     )
     ankle_roll_gain: float = parameter(
-        0.0, unit="-", low=-3.0, high=3.0, doc="stance ankle roll per lean", source=_OFF
+        0.5, unit="-", low=-3.0, high=3.0, doc="stance ankle roll per lean", source=_TRIED
     )
     ankle_roll_damping: float = parameter(
-        0.0, unit="s", low=-0.5, high=0.5, doc="stance ankle roll per rate", source=_OFF
+        0.05, unit="s", low=-0.5, high=0.5, doc="stance ankle roll per rate", source=_TRIED
     )
     hip_pitch_gain: float = parameter(
         0.0, unit="-", low=-3.0, high=3.0, doc="stance hip pitch per lean", source=_OFF
@@ -100,7 +100,7 @@ class Balance:
         unit="-",
         low=-1.0,
         high=1.0,
-        doc="share of its tilt that is taken from the swing sole",
+        doc="share of its tilt that is taken from the swing sole; negative adds to it",
         source=_OFF,
     )
     filter_time: float = parameter(
