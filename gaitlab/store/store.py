@@ -200,7 +200,7 @@ class Store:
         except Unreadable as error:
             raise StoreError(f"{error}. {_REDO}") from error
         if log is None:
-            raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
+            raise self._without_log(record)
         return log
 
     def log_part(self, trial_id: str, names: Sequence[str]) -> LogPart:
@@ -210,13 +210,14 @@ class Store:
             UnknownName: If the store does not hold it.
             StoreError: If its file is damaged, or the trial ended without a log.
         """
-        record = self.record(trial_id)
         try:
             part = parquet.read_columns(self.file(trial_id), names)
+        except FileNotFoundError as error:
+            raise self._unknown(trial_id) from error
         except Unreadable as error:
             raise StoreError(f"{error}. {_REDO}") from error
         if part is None:
-            raise StoreError(f"{trial_id} has no log: it ended {record.state}: {record.reason}")
+            raise self._without_log(self.record(trial_id))
         return part
 
     def log_digest(self, trial_id: str) -> str:
@@ -322,6 +323,10 @@ class Store:
                 f"Run it with `gaitlab run {name}`."
             )
         return lists[name]
+
+    def _without_log(self, record: TrialRecord) -> StoreError:
+        why = f"it ended {record.state}: {record.reason}"
+        return StoreError(f"{record.trial_id} has no log: {why}")
 
     def _unknown(self, trial_id: str) -> UnknownName:
         return UnknownName(

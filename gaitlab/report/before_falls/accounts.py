@@ -9,33 +9,52 @@ import pandas as pd
 
 from gaitlab.report.before_falls.comparing import Contrast
 from gaitlab.report.before_falls.measures import MEASURES
+from gaitlab.report.before_falls.scene import Contrasts
 from gaitlab.report.falls import DIRECTIONS, quartiles
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.words import NOTHING, percent, plural, surface_text
 
 MOST_NAMED = 4  # differences in a sentence
-REPEATED = ("plough_share", "lift_base", "margin_p5", "toe_first")  # said otherwise or elsewhere
-Contrasts = Mapping[str, Contrast]
+APART = ("plough_share", "lift_base", "margin_p5", "toe_first")  # said otherwise or elsewhere
+DEPTH = ("sink", "lift", "single", "plough")  # what a pile does to any walk, see `depth`
+SMALL = 10.0  # points of a share; toes that catch would land first far more often
+STEP = "gait.step_length"
 
 
 def how_they_fell(done: pd.DataFrame, what: str) -> str:
-    """Directions, when, from which feet and how fast, in a sentence.
+    """Directions, when, from which feet and how fast, in a few sentences.
 
     Args:
-        done: Walks with `fell`, `fall_direction`, `cycles`, `lead` and `support`.
+        done: Walks with `fell`, `fall_direction`, `cycles`, `lead`, `support` and `axis`.
         what: Who walked.
     """
     falls = done[done["fell"]]
     if falls.empty:
         return f"{what} never falls in {plural(len(done), 'walk')}."
-    ways = ", ".join(f"{n} {way}" for way, n in _ordered(falls["fall_direction"]))
+    n, ways = len(falls), _ordered(falls["fall_direction"])
     early = int((falls["cycles"] < 1.0).sum())
     feet, count = _ordered(falls["support"])[0]
+    counted = {axis: int((falls["axis"] == axis).sum()) for axis in ("fore-aft", "sideways")}
     return (
-        f"{what} falls in {len(falls)} of {len(done)} walks: {ways}. {early} of these falls begin "
-        f"before a gait cycle at full amplitude is done; {count} begin with load on {feet}, and "
-        f"the fall is established {_median(falls['lead'])} s later (median)."
+        f"{what} falls in {n} of {len(done)} walks: {', '.join(f'{k} {way}' for way, k in ways)}"
+        f"{_backward_walks(falls, ways[0][0])}. {early} of the {n} begin before a gait cycle at "
+        f"full amplitude is done, {count} with load on {feet}; the fall is established "
+        f"{_median(falls['lead'])} s later (median). The trunk leaves what it did before first "
+        f"fore-aft in {counted['fore-aft']}, sideways in {counted['sideways']}."
     )
+
+
+def _backward_walks(falls: pd.DataFrame, way: str) -> str:
+    """How the commonest fall divides between walks forward and backward."""
+    if STEP not in falls.columns:
+        return ""
+    parts = []
+    back = falls[STEP].to_numpy(float) < 0.0
+    for name, chosen in (("ahead or in place", falls[~back]), ("backward", falls[back])):
+        if len(chosen):
+            same = int((chosen["fall_direction"] == way).sum())
+            parts.append(f"{same} of {len(chosen)} when walking {name}")
+    return f" ({way}: {', '.join(parts)})"
 
 
 def _ordered(values: pd.Series) -> list[tuple[str, int]]:
@@ -49,24 +68,49 @@ def _median(values: pd.Series) -> str:
     return f"{np.median(known):.2g}" if len(known) else NOTHING
 
 
-def what_differs(found: Contrasts, against: str, counted: str) -> str:
+def depth(found: Contrasts, there: str) -> str:
+    """What the pile does to any walk, against the reference ground; a sentence."""
+    if not found["lift"].groups:
+        return ""
+    sunk = found["sink"].groups > 0
+    single = [100.0 * float(np.mean(s)) for s in (found["single"].first, found["single"].second)]
+    sole = f"The only loaded sole stands {_over_tips(-_mean(found['sink']))}; " if sunk else ""
+    return (
+        f"{sole}{'the' if sole else 'The'} swing foot's lowest corner rises to "
+        f"{_over_tips(_mean(found['lift']))}, {_mean(found['lift_base']):.2g} mm over the base; "
+        f"the robot is on one foot for {percent(single[0])} of the time, on {there} for "
+        f"{percent(single[1])}; the pile holds a foot back by up to "
+        f"{_mean(found['plough_share']):.2g} % of the weight."
+    )
+
+
+def _over_tips(height: float) -> str:
+    """A height in [mm] over the tips of the pile."""
+    return f"{abs(height):.2g} mm {'over' if height >= 0.0 else 'below'} the tips"
+
+
+def _mean(contrast: Contrast) -> float:
+    """Mean of the first side, in the unit of the table."""
+    return MEASURES[contrast.measure].scale * float(np.mean(contrast.first))
+
+
+def what_differs(found: Contrasts, head: str, counted: str, apart: Sequence[str] = APART) -> str:
     """The clearest differences of a comparison in a sentence; empty if there is none to make.
 
     Args:
         found: Contrast by measure.
-        against: What the falls are compared with.
+        head: What is compared with what.
         counted: Noun of what the differences are made from.
+        apart: Measures that are not named.
     """
-    asked = [c for name, c in found.items() if c.groups and name not in REPEATED]
+    asked = [c for name, c in found.items() if c.groups and name not in apart]
     if not asked:
         return ""
     clear = sorted((c for c in asked if c.clear), key=lambda c: -c.size)
-    n = max(c.groups for c in asked)
-    head = f"In the last gait cycle that it stood well, against {against} ({plural(n, counted)})"
+    head = f"{head} ({plural(max(c.groups for c in asked), counted)})"
     if not clear:
-        return f"{head}, nothing differs clearly: why these fell cannot be told."
-    named = "; ".join(_difference(c) for c in clear[:MOST_NAMED])
-    return f"{head}: {named}."
+        return f"{head} nothing differs clearly, so nothing can be told."
+    return f"{head}: {'; '.join(_difference(c) for c in clear[:MOST_NAMED])}."
 
 
 def _difference(contrast: Contrast) -> str:
@@ -74,23 +118,28 @@ def _difference(contrast: Contrast) -> str:
     first, second = (
         f"{measure.scale * float(np.mean(side)):.3g}" for side in (contrast.first, contrast.second)
     )
-    space = "" if measure.unit == "°" else " "
-    unit = f"{space}{measure.unit}"
+    unit = measure.unit if measure.unit == "°" else f" {measure.unit}"
     return f"{measure.name} {first}{unit} and not {second}{unit} ({gap_text(contrast)})"
 
 
 def toes(found: Contrasts) -> str:
-    """Whether toes that land first have a part in the falls; a sentence."""
+    """Whether walks that fall land on their toes more often than those of their cells that stay up.
+
+    A sentence that claims no more than a difference, and none where there is not one.
+    """
     contrast = found["toe_first"]
     if not contrast.groups:
-        return "Too few of these walks landed a foot to say whether toes do it."
+        return "Whether toes catch cannot be told: too few of its cells have falls and none."
     first, second = (percent(100.0 * float(np.mean(s))) for s in (contrast.first, contrast.second))
     shares = f"Toes land first in {first} of landings against {second} ({gap_text(contrast)})"
     if not contrast.clear:
-        return f"{shares}: whether the toe catches cannot be told from them."
+        most = 100.0 * contrast.interval.high
+        if most > SMALL:
+            return f"{shares}: whether toes catch cannot be told."
+        return f"{shares}: at most {most:.0f} points more, so the toe is not what catches."
     if contrast.difference > 0.0:
-        return f"{shares}: the toe has a part in it."
-    return f"{shares}: it is not the toe that catches."
+        return f"{shares}: the toe may have a part in these falls."
+    return f"{shares}: the toe is not what catches."
 
 
 def gap_text(contrast: Contrast) -> str:

@@ -134,7 +134,7 @@ def _paired(name: str, values: pd.DataFrame) -> Contrast:
         first=first,
         second=second,
         difference=float(np.mean(gaps)) if len(gaps) else np.nan,
-        interval=mean_interval(gaps.tolist(), CONFIDENCE),
+        interval=_possible(name, mean_interval(gaps.tolist(), CONFIDENCE)),
         groups=len(gaps),
     )
 
@@ -154,6 +154,12 @@ def _stratified(name: str, values: pd.DataFrame) -> Contrast:
         first=first,
         second=second,
         difference=stratified_difference(strata) if strata else np.nan,
-        interval=stratified_difference_interval(strata, CONFIDENCE),
+        interval=_possible(name, stratified_difference_interval(strata, CONFIDENCE)),
         groups=len(strata),
     )
+
+
+def _possible(name: str, found: Interval) -> Interval:
+    """The part of an interval that the measure allows."""
+    widest = MEASURES[name].widest
+    return Interval(max(found.low, -widest), min(found.high, widest))

@@ -84,6 +84,31 @@ def _number(value: float) -> str:
     return "∞" if isinf(value) else f"{value:.3g}"
 
 
+def firmness_order(grounds: Mapping[str, Firmness], fell: Mapping[str, float]) -> str:
+    """Whether the grounds come in one order by firmness and by falls, in a sentence.
+
+    Args:
+        grounds: By the name of the ground.
+        fell: Share of walks that fell, by the name of the ground.
+    """
+    firm = sorted(grounds, key=lambda name: grounds[name].rest.stiffness)
+    falls = sorted(grounds, key=lambda name: -fell[name])
+    pairs = [(a, b) for i, a in enumerate(firm) for b in firm[i + 1 :] if _apart(grounds, a, b)]
+    wrong = [(a, b) for a, b in pairs if fell[a] < fell[b]]
+    orders = " < ".join(surface_text(name) for name in firm)
+    seen = " > ".join(surface_text(name) for name in falls)
+    told = "the falls come in the order of firmness" if not wrong else "the orders differ"
+    return (
+        f"By firmness: {escape(orders)}; by walks that fell: {escape(seen)}. Of the {len(pairs)} "
+        f"pairs of grounds whose firmness differs by over 5 %, {len(wrong)} have more falls on the "
+        f"firmer: {told}."
+    )
+
+
+def _apart(grounds: Mapping[str, Firmness], soft: str, firm: str) -> bool:
+    return grounds[firm].rest.stiffness > 1.05 * grounds[soft].rest.stiffness
+
+
 def firmness_words(ground: Firmness) -> str:
     """The ratios of the robot's own sole in a sentence."""
     if isinf(ground.rest.stiffness):

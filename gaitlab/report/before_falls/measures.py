@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import degrees, nan
+from math import degrees, inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -43,12 +43,14 @@ class Measure:
         unit: In which it is shown.
         scale: From SI to that unit.
         of: The quantity, in SI units; NaN where it is not defined.
+        widest: Largest difference there can be, in SI units.
     """
 
     name: str
     unit: str
     scale: float
     of: Callable[[Piece], float]
+    widest: float = inf
 
 
 def piece_before(log: TrialLog, row: int) -> Piece | None:
@@ -122,10 +124,10 @@ def _median(values: np.ndarray) -> float:
 
 DEGREES, MM = degrees(1.0), 1000.0
 MEASURES: dict[str, Measure] = {
-    "toe_first": Measure("toe-first landings", "%", 100.0, lambda p: toe_first_share(p.two)),
+    "toe_first": Measure("toe-first landings", "%", 100.0, lambda p: toe_first_share(p.two), 1.0),
     "plough": Measure("peak plough force", "N", 1.0, lambda p: peak_plough_force(p.cycle)),
     "plough_share": Measure(
-        "the same over the weight",
+        "peak plough force over weight",
         "%",
         100.0,
         lambda p: peak_plough_force(p.cycle) / p.cycle.header.weight,
@@ -135,9 +137,9 @@ MEASURES: dict[str, Measure] = {
     "lift_base": Measure(
         "swing foot over the base", "mm", MM, lambda p: lift(p) + p.cycle.header.pile_height
     ),
-    "single": Measure("time on one foot", "%", 100.0, single_support),
+    "single": Measure("time on one foot", "%", 100.0, single_support, 1.0),
     "margin_min": Measure("smallest ZMP margin", "mm", MM, lambda p: zmp_margin_min(p.cycle)),
-    "margin_p5": Measure("its 5th percentile", "mm", MM, lambda p: zmp_margin_p5(p.cycle)),
+    "margin_p5": Measure("ZMP margin, 5th percentile", "mm", MM, lambda p: zmp_margin_p5(p.cycle)),
     "ahead": Measure(
         "ZMP ahead of the soles' centre", "mm", MM, lambda p: _median(zmp_ahead(p.cycle))
     ),
@@ -145,7 +147,7 @@ MEASURES: dict[str, Measure] = {
     "pitch": Measure("pitch amplitude", "°", DEGREES, lambda p: pitch_amplitude(p.cycle)),
     "roll": Measure("roll amplitude", "°", DEGREES, lambda p: roll_amplitude(p.cycle)),
     "tip": Measure("stance sole's pitch", "°", DEGREES, stance_pitch),
-    "rock": Measure("its rocking, half range", "°", DEGREES, stance_rocking),
+    "rock": Measure("stance sole's rocking, half range", "°", DEGREES, stance_rocking),
 }
 
 

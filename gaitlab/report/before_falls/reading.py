@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -21,6 +22,8 @@ from gaitlab.report.before_falls.standing import (
 from gaitlab.store import Store
 
 PLACES = 6  # decimals of a cycle count; two windows that agree in them are one
+
+STORY = ["support", "axis", "pitch_growth", "roll_growth", "zmp_drift", "full_cycles"]
 
 
 def body_log(store: Store, trial_id: str) -> TrialLog:
@@ -44,42 +47,42 @@ def stands(store: Store, trial_ids: Iterable[str]) -> pd.DataFrame:
     return pd.DataFrame.from_dict(found, orient="index", columns=["cycles", "lead"])
 
 
-def windows(store: Store, asked: pd.DataFrame) -> pd.DataFrame:
-    """Every measure of the gait cycle that ends so many cycles after the start-up.
+class Read(NamedTuple):
+    """What one reading of the logs gave.
+
+    Attributes:
+        windows: One row a window: `trial_id`, `cycles` and every measure, in SI units.
+        stories: By trial how a fall came: `support`, `axis`, `pitch_growth`, `roll_growth`,
+            `zmp_drift`, `full_cycles`.
+    """
+
+    windows: pd.DataFrame
+    stories: pd.DataFrame
+
+
+def read(store: Store, asked: pd.DataFrame, falls: Mapping[str, float]) -> Read:
+    """Every measure of the gait cycles asked for, and how every fall came.
 
     Args:
         store: Where the logs are.
-        asked: `trial_id` and `cycles`; the same window may be asked for twice.
-
-    Returns:
-        One row a window, `trial_id`, `cycles` and a column a measure, in SI units.
+        asked: `trial_id` and `cycles`, where the gait cycle ends; may repeat itself.
+        falls: When each robot that fell last stood well, in cycles, by trial.
     """
-    rows = []
-    wanted = asked[["trial_id", "cycles"]].drop_duplicates()
-    for trial_id, group in wanted.groupby("trial_id", sort=False):
-        log = body_log(store, str(trial_id))
-        for cycles in group["cycles"]:
+    ends: dict[str, dict[float, None]] = {trial_id: {} for trial_id in falls}
+    for trial_id, cycles in zip(asked["trial_id"], asked["cycles"], strict=True):
+        ends.setdefault(str(trial_id), {})[float(cycles)] = None
+    rows, told = [], {}
+    for trial_id, at in ends.items():
+        log = body_log(store, trial_id)
+        for cycles in at:
             piece = piece_before(log, row_at(log.header, cycles))
             rows.append({"trial_id": trial_id, "cycles": cycles, **measured(piece)})
+        if trial_id in falls:
+            told[trial_id] = _story(log, row_at(log.header, falls[trial_id]))
     names = ["trial_id", "cycles", *MEASURES]
-    return pd.DataFrame(rows, columns=names).astype(dict.fromkeys(names[1:], float))
+    found = pd.DataFrame(rows, columns=names).astype(dict.fromkeys(names[1:], float))
+    return Read(found, pd.DataFrame.from_dict(told, orient="index", columns=STORY))
 
 
-def stories(store: Store, found: pd.DataFrame) -> pd.DataFrame:
-    """How each walk went up to where it last stood well, by trial.
-
-    Args:
-        store: Where the logs are.
-        found: `cycles` by trial, as of `stands`.
-
-    Returns:
-        Columns `support`, `axis`, `pitch_growth`, `roll_growth`, `zmp_drift`, `full_cycles`.
-    """
-    told = {}
-    for trial_id, cycles in found["cycles"].items():
-        log = body_log(store, str(trial_id))
-        row = row_at(log.header, cycles)
-        course = courses(log, row)
-        told[trial_id] = (support_at(log, row), first_axis(log, row), *course)
-    names = ["support", "axis", "pitch_growth", "roll_growth", "zmp_drift", "full_cycles"]
-    return pd.DataFrame.from_dict(told, orient="index", columns=names)
+def _story(log: TrialLog, row: int) -> tuple[object, ...]:
+    return (support_at(log, row), first_axis(log, row), *courses(log, row))
