@@ -1,0 +1,1 @@
+"""Figures of a reproduction's sections: one file each."""

@@ -1,0 +1,236 @@
+"""Variants of several members: how often each stays up, and what it differs from its base in.
+
+Readings of a paper, parts of an optimisation taken alone, other grounds or soles: each is a variant
+of a member, set against a base on the cells that both walked, pairs of equal cell and seed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
+
+from gaitlab.report.comparison.contrast import Contrast, Verdict, stable_contrast, verdicts
+from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.comparison.tables import difference
+from gaitlab.report.figure_style import save
+from gaitlab.report.markdown import escape, image, table
+from gaitlab.report.reference import published
+from gaitlab.report.results import Results
+from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
+from gaitlab.report.variants import Value, Variant, value_text
+from gaitlab.report.words import NOTHING, interval, percent, share, surface_text
+from gaitlab.reproduction.answers import Answer, agreement, judged
+from gaitlab.reproduction.figures.share_dots import share_dots
+from gaitlab.reproduction.headline import count_text
+from gaitlab.reproduction.section import Context, Section, option
+from gaitlab.reproduction.together import PRINTED, Shown, called, shown_variants, together
+from gaitlab.statistics import Count, wilson
+
+OPTIONS = (
+    option("base", str, "", "variant that the others are set against; by default the first"),
+    option("against", dict[str, str], {}, "another base for some variants, {variant: base}"),
+    option("labels", dict[str, str], {}, "words for variants, {member/variant: words}"),
+    option("leave_out", tuple[str, ...], (), "variants that are not shown"),
+    option("figure", str, "", "name of the figure's file; by default that of the members"),
+)
+COMMON_ROWS = 2  # that all variants must share for the shares to be taken over those alone
+HOW_TO_READ = """\
+Shares of stable runs with Wilson intervals. A difference is taken over the cells that both have
+walked, in pairs of equal cell and seed: exact McNemar test, interval of Bonett and Price.
+*better* and *worse* hold for the whole table together: of twenty such tables without any difference
+at most one names one (Holm); elsewhere the runs *cannot tell*."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Compared:
+    """The variants of a section, and what each is set against."""
+
+    shown: Sequence[Shown]
+    bases: Sequence[Shown | None]
+
+    @cached_property
+    def results(self) -> Results:
+        """All of them in one table."""
+        return together(self.shown)
+
+    @property
+    def pairs(self) -> list[tuple[Shown, Shown]]:
+        """Each with its base."""
+        both = zip(self.shown, self.bases, strict=True)
+        return [(one, base) for one, base in both if base is not None]
+
+    def variant(self, one: Shown) -> Variant:
+        """The variant in the common table."""
+        return next(v for v in self.results.variants if v.label == one.label)
+
+    @cached_property
+    def rows(self) -> list[Value]:
+        """Rows over which shares are taken: those that all share, or each variant's own."""
+        own = [set(self.results.of(v)[self.results.rows]) for v in self.results.variants]
+        common = set.intersection(*own)
+        chosen = common if len(common) >= COMMON_ROWS else set.union(*own)
+        return [row for row in self.results.row_values if row in chosen]
+
+    def cells(self, one: Shown) -> dict[str, list[Cell]]:
+        """Scored cells of a variant by ground, over the rows."""
+        found: dict[str, list[Cell]] = {}
+        for column in self.results.column_values:
+            cells = [self.results.cell(self.variant(one), row, column) for row in self.rows]
+            scored = [cell for cell in cells if cell.n]
+            if scored:
+                found[str(column)] = scored
+        return found
+
+
+def variants_section(section: Section, context: Context) -> str:
+    """Shares, differences to a base and agreement of all variants, with a figure.
+
+    Raises:
+        UsageError: If the members have different rows.
+        WrongValue: If an option names a variant that there is not.
+    """
+    found = _compared(section, context)
+    name = str(section.options["figure"]) or "variants_" + "_".join(section.experiments)
+    blocks = [
+        HOW_TO_READ,
+        _rows_sentence(found),
+        _share_table(found),
+        _figure(found, context, name),
+        _difference_table(found),
+        _agreement_table(found),
+    ]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _compared(section: Section, context: Context) -> _Compared:
+    labels = cast(Mapping[str, str], section.options["labels"])
+    every = shown_variants(context.results, section.experiments, labels)
+    hidden = [called(every, name) for name in cast("tuple[str, ...]", section.options["leave_out"])]
+    shown = [one for one in every if one not in hidden]
+    base = str(section.options["base"]) or shown[0].names[0]
+    against = cast(Mapping[str, str], section.options["against"])
+    chosen = {called(shown, name).label: other for name, other in against.items()}
+    bases = [_base(shown, one, chosen.get(one.label, base)) for one in shown]
+    return _Compared(shown=shown, bases=bases)
+
+
+def _base(shown: Sequence[Shown], one: Shown, name: str) -> Shown | None:
+    """What a variant is set against: a member's own base first, for that the first member's."""
+    near = called(shown, name, beside=one)
+    found = near if near is not one else called(shown, name)
+    return None if found is one else found
+
+
+def _rows_sentence(found: _Compared) -> str:
+    """Over which rows the shares are taken."""
+    what = "printed distances" if found.results.rows == PRINTED else "rows"
+    own = {len(set(found.results.of(v)[found.results.rows])) for v in found.results.variants}
+    values = ", ".join(value_text(row) for row in found.rows)
+    if len(own) > 1 or len(found.rows) < max(own):
+        return (
+            f"The shares are taken over the {what} {escape(values)} as far as a variant has them."
+        )
+    return f"Every share is taken over the {what} {escape(values)}."
+
+
+def _share_table(found: _Compared) -> str:
+    grounds = [str(ground) for ground in found.results.column_values]
+    head = ["stable runs", *(escape(surface_text(g)) for g in grounds), "all", "efficiency [95 %]"]
+    rows = [_share_row(found.cells(one), escape(one.label), grounds) for one in found.shown]
+    return table(head, rows, "l")
+
+
+def _share_row(
+    cells: Mapping[str, Sequence[Cell]], label: str, grounds: Sequence[str]
+) -> list[str]:
+    every = [cell for found in cells.values() for cell in found]
+    texts = [_share(_count(cells[g])) if g in cells else NOTHING for g in grounds]
+    return [label, *texts, _share(_count(every)) if every else NOTHING, _efficiency(cells)]
+
+
+def _efficiency(cells: Mapping[str, Sequence[Cell]]) -> str:
+    if not cells:
+        return NOTHING
+    columns = list(cells.values())
+    return f"{percent(mean_percent(columns))} {interval(interval_of(efficiency_draws(columns)))}"
+
+
+def _count(cells: Sequence[Cell]) -> Count:
+    return Count(sum(cell.count() for cell in cells), sum(cell.n for cell in cells))
+
+
+def _share(count: Count) -> str:
+    return share(*count, wilson(*count))
+
+
+def _figure(found: _Compared, context: Context, name: str) -> str:
+    counts = {
+        one.label: {ground: _count(cells) for ground, cells in found.cells(one).items()}
+        for one in found.shown
+    }
+    if not any(counts.values()):
+        return ""
+    bases = list(dict.fromkeys(base.label for _, base in found.pairs))
+    save(share_dots(counts, bases), context.folder, name)
+    return image(f"Stable shares with intervals of {', '.join(counts)}", f"{name}.png")
+
+
+def _difference_table(found: _Compared) -> str:
+    """Each variant against its base, on each ground and on all, one family of tests."""
+    grounds = [str(ground) for ground in found.results.column_values]
+    lines = [_contrasts(found, one, base, grounds) for one, base in found.pairs]
+    said = iter(verdicts([contrast for line in lines for contrast in line]))
+    rows = [
+        [
+            escape(one.label),
+            escape(base.label),
+            *(_difference(contrast, next(said)) for contrast in line),
+            str(line[0].n),
+        ]
+        for (one, base), line in zip(found.pairs, lines, strict=True)
+    ]
+    if not rows:
+        return ""
+    titles = (escape(surface_text(ground)) for ground in grounds)
+    return table(["difference", "against", "all", *titles, "pairs"], rows, "ll")
+
+
+def _contrasts(found: _Compared, one: Shown, base: Shown, grounds: Sequence[str]) -> list[Contrast]:
+    runs = matched(found.results, found.variant(base), found.variant(one))
+    return [stable_contrast(part) for part in (runs, *(_part(runs, g, found) for g in grounds))]
+
+
+def _part(runs: Matched, ground: str, found: _Compared) -> Matched:
+    return runs.only(found.results.columns, ground)
+
+
+def _difference(contrast: Contrast, verdict: Verdict) -> str:
+    if not contrast.n:
+        return NOTHING
+    told = verdict if verdict in ("cannot tell", "no data") else f"**{verdict}**"
+    return f"{difference(contrast)} {told}"
+
+
+def _agreement_table(found: _Compared) -> str:
+    """Cells with the verdict of the printed table that a variant answers to."""
+    rows = [_agreement_row(one) for one in found.shown if one.variant.compare]
+    rows = [row for row in rows if row]
+    if not rows:
+        return ""
+    head = ["cells as printed [95 %]", "table", "forward", "backward", "all"]
+    return table(head, rows, "ll")
+
+
+def _agreement_row(one: Shown) -> list[str]:
+    printed = published(str(one.variant.compare))
+    answer = Answer(
+        table=printed, experiment=one.experiment, results=one.results, variant=one.variant
+    )
+    cells = judged(answer, {})
+    if not cells:
+        return []
+    groups = [[c for c in cells if c.place.direction == d] for d in ("forward", "backward")]
+    texts = [count_text(agreement(group)) if group else NOTHING for group in (*groups, cells)]
+    return [escape(one.label), printed.title, *texts]
