@@ -19,13 +19,22 @@ from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
-from gaitlab.report.variants import Value, Variant, value_text
-from gaitlab.report.words import NOTHING, interval, percent, share, surface_text
+from gaitlab.report.variants import Value, Variant
+from gaitlab.report.words import (
+    NOTHING,
+    interval,
+    path_text,
+    percent,
+    plural,
+    share,
+    surface_text,
+    with_unit,
+)
 from gaitlab.reproduction.answers import Answer, agreement, judged
 from gaitlab.reproduction.figures.share_dots import share_dots
 from gaitlab.reproduction.headline import count_text
 from gaitlab.reproduction.section import Context, Section, option
-from gaitlab.reproduction.together import PRINTED, Shown, called, shown_variants, together
+from gaitlab.reproduction.together import Shown, called, shown_variants, together
 from gaitlab.statistics import Count, wilson
 
 OPTIONS = (
@@ -40,7 +49,8 @@ HOW_TO_READ = """\
 Shares of stable runs with Wilson intervals. A difference is taken over the cells that both have
 walked, in pairs of equal cell and seed: exact McNemar test, interval of Bonett and Price.
 *better* and *worse* hold for the whole table together: of twenty such tables without any difference
-at most one names one (Holm); elsewhere the runs *cannot tell*."""
+at most one names one (Holm); elsewhere the runs *cannot tell*. In the figure a base is hollow, and
+the dotted line is the share of the first one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,10 +75,16 @@ class _Compared:
         """The variant in the common table."""
         return next(v for v in self.results.variants if v.label == one.label)
 
+    @property
+    def own_rows(self) -> list[set[Value]]:
+        """Rows that each variant has."""
+        rows = self.results.rows
+        return [set(self.results.of(variant)[rows]) for variant in self.results.variants]
+
     @cached_property
     def rows(self) -> list[Value]:
         """Rows over which shares are taken: those that all share, or each variant's own."""
-        own = [set(self.results.of(v)[self.results.rows]) for v in self.results.variants]
+        own = self.own_rows
         common = set.intersection(*own)
         chosen = common if len(common) >= COMMON_ROWS else set.union(*own)
         return [row for row in self.results.row_values if row in chosen]
@@ -124,15 +140,12 @@ def _base(shown: Sequence[Shown], one: Shown, name: str) -> Shown | None:
 
 
 def _rows_sentence(found: _Compared) -> str:
-    """Over which rows the shares are taken."""
-    what = "printed distances" if found.results.rows == PRINTED else "rows"
-    own = {len(set(found.results.of(v)[found.results.rows])) for v in found.results.variants}
-    values = ", ".join(value_text(row) for row in found.rows)
-    if len(own) > 1 or len(found.rows) < max(own):
-        return (
-            f"The shares are taken over the {what} {escape(values)} as far as a variant has them."
-        )
-    return f"Every share is taken over the {what} {escape(values)}."
+    """Over which rows the shares are taken, and what the figure shows."""
+    path, own = found.results.rows, found.own_rows
+    values = ", ".join(escape(with_unit(found.results, path, row)) for row in found.rows)
+    lacking = any(set(found.rows) - rows for rows in own)
+    tail = ", as far as a variant has them" if lacking else ""
+    return f"Shares are taken over {path_text(path)} {values}{tail}."
 
 
 def _share_table(found: _Compared) -> str:
@@ -174,14 +187,16 @@ def _figure(found: _Compared, context: Context, name: str) -> str:
         return ""
     bases = list(dict.fromkeys(base.label for _, base in found.pairs))
     save(share_dots(counts, bases), context.folder, name)
-    return image(f"Stable shares with intervals of {', '.join(counts)}", f"{name}.png")
+    what = f"Stable share of {plural(len(counts), 'variant')} on each ground, with intervals"
+    return image(what, f"{name}.png")
 
 
 def _difference_table(found: _Compared) -> str:
     """Each variant against its base, on each ground and on all, one family of tests."""
     grounds = [str(ground) for ground in found.results.column_values]
-    lines = [_contrasts(found, one, base, grounds) for one, base in found.pairs]
-    said = iter(verdicts([contrast for line in lines for contrast in line]))
+    walked = [(pair, _contrasts(found, *pair, grounds)) for pair in found.pairs]
+    lines = [(pair, line) for pair, line in walked if line[0].n]
+    said = iter(verdicts([contrast for _, line in lines for contrast in line]))
     rows = [
         [
             escape(one.label),
@@ -189,7 +204,7 @@ def _difference_table(found: _Compared) -> str:
             *(_difference(contrast, next(said)) for contrast in line),
             str(line[0].n),
         ]
-        for (one, base), line in zip(found.pairs, lines, strict=True)
+        for (one, base), line in lines
     ]
     if not rows:
         return ""
