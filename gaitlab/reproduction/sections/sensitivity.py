@@ -1,0 +1,198 @@
+"""Whether an improvement is robust against what was assumed, from a designed sweep.
+
+At every point of a box of assumptions the plain variant and the one with everything switched on
+walk the same cells. The section says over which share of the box switching on helps, and which
+assumption its gain hangs on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import cast
+
+import numpy as np
+
+from gaitlab.experiment import Experiment, Quantity
+from gaitlab.report.figure_style import save
+from gaitlab.report.markdown import escape, image, table
+from gaitlab.report.words import plural, share, surface_text
+from gaitlab.reproduction.figures.effect_dots import LEVEL, effect_dots
+from gaitlab.reproduction.section import Context, Section, option
+from gaitlab.reproduction.swept import Sides, Sweep, sweep_of
+from gaitlab.statistics import (
+    Interval,
+    LinearEffect,
+    LinearEffects,
+    fewest_points,
+    linear_effects,
+    mean_difference_interval,
+    sign_shares,
+    wilson,
+)
+
+OPTIONS = (
+    option(
+        "labels",
+        dict[str, str],
+        {},
+        "what swept paths are called, {surface.vertical_scale: blade stiffness}",
+    ),
+)
+UNIT = "change of the stable share from the low to the high end of the range [percentage points]"
+HALF = 0.5  # of the box; a sign that holds in more of it is the rule there
+METHOD = """\
+A plane is fitted through the values of all points, so that each effect is that of one quantity with
+the others held; its interval is of a wild bootstrap, p of permutations, corrected (Holm) for the
+number of quantities. R² is the share of the scatter that the plane explains, in brackets less what
+a plane explains of mere noise: what is left is curvature, quantities that act together, and chance.
+Sobol' indices would need hundreds of points for each quantity."""
+WILSON = """\
+Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are spread
+more evenly than that, so that the intervals are rather too wide."""
+
+
+def sensitivity_section(section: Section, context: Context) -> str:
+    """Signs, effects and their figure for each member that sweeps, as Markdown.
+
+    Raises:
+        UsageError: If a member has no design, or varies no switch beside it.
+    """
+    labels = cast(Mapping[str, str], section.options.get("labels", {}))
+    blocks = [
+        _member(context.experiments[name], labels, context)
+        if name in context.results
+        else f"No trial of {escape(name)} has been simulated yet."
+        for name in section.experiments
+    ]
+    return "\n\n".join(blocks)
+
+
+def _member(experiment: Experiment, labels: Mapping[str, str], context: Context) -> str:
+    sweep = sweep_of(experiment, context.results[experiment.name])
+    if not len(sweep.places):
+        return f"No point of {escape(experiment.name)} has been simulated completely yet."
+    names = [_quantity(item, experiment, labels) for item in sweep.design.box]
+    return "\n\n".join(
+        [_setting(sweep), _signs(sweep), *_effects(sweep, names, experiment, context)]
+    )
+
+
+def _setting(sweep: Sweep) -> str:
+    """What was walked at how many points."""
+    without, with_it = (f"*{escape(label)}*" for label in sweep.labels)
+    text = (
+        f"{plural(len(sweep.places), 'point')} of a box of "
+        f"{plural(len(sweep.design.box), 'assumed quantity').replace('quantitys', 'quantities')}; "
+        f"at each, {plural(sweep.walks, 'walk')} of {without} and as many of {with_it} on the same "
+        "ground, with the same step and seed."
+    )
+    if sweep.left_out:
+        text += f" {plural(sweep.left_out, 'point')} with missing or failed walks left out."
+    return text
+
+
+def _signs(sweep: Sweep) -> str:
+    """Where in the box switching on helps, overall and on each ground."""
+    rows = [_sign_row("all grounds", sweep.shares)] if len(sweep.by_ground) > 1 else []
+    rows += [_sign_row(surface_text(name), sides) for name, sides in sweep.by_ground.items()]
+    names = (f"mean of {escape(label)} [%]" for label in sweep.labels)
+    head = ["ground", "better at", "alike at", "worse at", *names, "mean gain [points]"]
+    return f"{_verdict(sweep)}\n\n{table(head, rows, 'l')}\n\n{WILSON}"
+
+
+def _sign_row(name: str, sides: Sides) -> list[str]:
+    counts = (share(*count, wilson(*count)) for count in sign_shares(sides.improvement))
+    means = (f"{100.0 * np.mean(side):.0f}" for side in sides)
+    return [escape(name), *counts, *means, _gain(sides.improvement)]
+
+
+def _gain(improvement: np.ndarray) -> str:
+    bounds = mean_difference_interval(improvement)
+    return f"{100.0 * np.mean(improvement):+.0f} {_points(bounds)}"
+
+
+def _points(bounds: Interval) -> str:
+    """An interval of changes in percentage points; empty where nothing bounds them."""
+    return f"[{100.0 * bounds.low:+.0f}, {100.0 * bounds.high:+.0f}]" if bounds.high < 1e9 else ""
+
+
+def _verdict(sweep: Sweep) -> str:
+    """The sign in one sentence, no stronger than its intervals."""
+    improvement = sweep.shares.improvement
+    found, bounds = sign_shares(improvement), mean_difference_interval(improvement)
+    gain = f"On average over the box it changes the stable share by {_gain(improvement)} points"
+    told = "" if bounds.low > 0.0 or bounds.high < 0.0 else ", which cannot be told from none"
+    if wilson(*found.positive).low > HALF:
+        rule = "helps in more than half of the box"
+    elif wilson(*found.negative).low > HALF:
+        rule = "harms in more than half of the box"
+    else:
+        return f"**Whether it helps in more than half of the box cannot be told.** {gain}{told}."
+    return f"**Switching on *{escape(sweep.labels[1])}* {rule}.** {gain}{told}."
+
+
+def _effects(
+    sweep: Sweep, names: Sequence[str], experiment: Experiment, context: Context
+) -> list[str]:
+    """What the gain and both shares hang on: a figure, a table and what can be told."""
+    needed = fewest_points(len(names))
+    if len(sweep.places) < needed:
+        return [
+            f"{plural(len(sweep.places), 'point')} cannot tell {len(names)} quantities apart; "
+            f"{needed} can."
+        ]
+    responses = (sweep.shares.improvement, *sweep.shares)
+    titles = ("gain", *sweep.labels)
+    fits = {t: linear_effects(sweep.places, y) for t, y in zip(titles, responses, strict=True)}
+    order = sorted(range(len(names)), key=lambda j: -abs(fits["gain"].effects[j].change))
+    file = f"sensitivity_{experiment.name}"
+    panels = {title: [fit.effects[j] for j in order] for title, fit in fits.items()}
+    labels = [names[j].replace(", ", "\n", 1) for j in order]
+    save(effect_dots(panels, labels, UNIT), context.folder, file)
+    told = " ".join(_told(title, fit, names) for title, fit in fits.items())
+    return [
+        told,
+        image("Effect of every quantity on the gain and on both shares", f"{file}.png"),
+        _effect_table(fits, names, order),
+        METHOD,
+    ]
+
+
+def _told(title: str, fit: LinearEffects, names: Sequence[str]) -> str:
+    """The quantities that a response hangs on, named only where chance is no explanation."""
+    found = [
+        f"{name.partition(',')[0]} ({100.0 * effect.change:+.0f} points)"
+        for name, effect in zip(names, fit.effects, strict=True)
+        if effect.p_value < LEVEL
+    ]
+    subject = "The gain" if title == "gain" else f"The stable share of *{escape(title)}*"
+    if found:
+        return f"{subject} hangs on {', '.join(map(escape, found))}."
+    return f"{subject} hangs on none of them by more than chance would make it seem."
+
+
+def _effect_table(
+    fits: Mapping[str, LinearEffects], names: Sequence[str], order: Sequence[int]
+) -> str:
+    rows = [[escape(names[j]), *(_effect(f.effects[j]) for f in fits.values())] for j in order]
+    rows.append(
+        ["R² (adjusted)", *(f"{f.r_squared:.2f} ({f.adjusted:.2f})" for f in fits.values())]
+    )
+    head = ["quantity, low to high", *(f"{escape(title)} [points]" for title in fits)]
+    return table(head, rows, "l")
+
+
+def _effect(effect: LinearEffect) -> str:
+    chance = f"p = {effect.p_value:.2g}" if effect.p_value >= 1e-3 else "p < 0.001"
+    text = f"{100.0 * effect.change:+.0f} {_points(effect.interval)}, {chance}"
+    return f"**{text}**" if effect.p_value < LEVEL else text
+
+
+def _quantity(item: Quantity, experiment: Experiment, labels: Mapping[str, str]) -> str:
+    """Name, range and unit: `sole length, 0.106 to 0.144 m`."""
+    path = item.range.path
+    name = labels.get(path, path.partition(".")[2].replace(".", " ").replace("_", " "))
+    unit = experiment.parts.parameter(path).unit
+    return (
+        f"{name}, {item.range.low:.3g} to {item.range.high:.3g}{'' if unit == '-' else f' {unit}'}"
+    )
