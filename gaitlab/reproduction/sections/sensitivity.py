@@ -8,6 +8,7 @@ assumption its gain hangs on.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import isnan
 from typing import cast
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from gaitlab.experiment import Experiment, Quantity
 from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import escape, image, table
-from gaitlab.report.words import plural, share, surface_text
+from gaitlab.report.words import NOTHING, plural, share, surface_text
 from gaitlab.reproduction.figures.effect_dots import LEVEL, effect_dots
 from gaitlab.reproduction.section import Context, Section, option
 from gaitlab.reproduction.swept import Sides, Sweep, sweep_of
@@ -47,8 +48,8 @@ number of quantities. R² is the share of the scatter that the plane explains, i
 a plane explains of mere noise: what is left is curvature, quantities that act together, and chance.
 Sobol' indices would need hundreds of points for each quantity."""
 WILSON = """\
-Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are spread
-more evenly than that, so that the intervals are rather too wide."""
+Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are
+spread more evenly than that, so that the intervals are rather too wide."""
 
 
 def sensitivity_section(section: Section, context: Context) -> str:
@@ -80,11 +81,12 @@ def _member(experiment: Experiment, labels: Mapping[str, str], context: Context)
 def _setting(sweep: Sweep) -> str:
     """What was walked at how many points."""
     without, with_it = (f"*{escape(label)}*" for label in sweep.labels)
+    count = len(sweep.design.box)
+    edges = "of one assumed quantity" if count == 1 else f"of {count} assumed quantities"
     text = (
-        f"{plural(len(sweep.places), 'point')} of a box of "
-        f"{plural(len(sweep.design.box), 'assumed quantity').replace('quantitys', 'quantities')}; "
-        f"at each, {plural(sweep.walks, 'walk')} of {without} and as many of {with_it} on the same "
-        "ground, with the same step and seed."
+        f"{plural(len(sweep.places), 'point')} of a box {edges}; at each, "
+        f"{plural(sweep.walks, 'walk')} of {without} and as many of {with_it} on the same grounds, "
+        "with the same steps and seeds."
     )
     if sweep.left_out:
         text += f" {plural(sweep.left_out, 'point')} with missing or failed walks left out."
@@ -122,13 +124,12 @@ def _verdict(sweep: Sweep) -> str:
     found, bounds = sign_shares(improvement), mean_difference_interval(improvement)
     gain = f"On average over the box it changes the stable share by {_gain(improvement)} points"
     told = "" if bounds.low > 0.0 or bounds.high < 0.0 else ", which cannot be told from none"
-    if wilson(*found.positive).low > HALF:
-        rule = "helps in more than half of the box"
-    elif wilson(*found.negative).low > HALF:
-        rule = "harms in more than half of the box"
-    else:
-        return f"**Whether it helps in more than half of the box cannot be told.** {gain}{told}."
-    return f"**Switching on *{escape(sweep.labels[1])}* {rule}.** {gain}{told}."
+    words = zip(found, ("helps", "makes no difference", "harms"), strict=True)
+    rule = [word for count, word in words if wilson(*count).low > HALF]
+    what = f"adding *{escape(sweep.labels[1])}*"
+    if rule:
+        return f"**{what.capitalize()} {rule[0]} in more than half of the box.** {gain}{told}."
+    return f"**Whether {what} helps in more than half of the box cannot be told.** {gain}{told}."
 
 
 def _effects(
@@ -175,11 +176,13 @@ def _effect_table(
     fits: Mapping[str, LinearEffects], names: Sequence[str], order: Sequence[int]
 ) -> str:
     rows = [[escape(names[j]), *(_effect(f.effects[j]) for f in fits.values())] for j in order]
-    rows.append(
-        ["R² (adjusted)", *(f"{f.r_squared:.2f} ({f.adjusted:.2f})" for f in fits.values())]
-    )
+    rows.append(["R² (adjusted)", *map(_explained, fits.values())])
     head = ["quantity, low to high", *(f"{escape(title)} [points]" for title in fits)]
     return table(head, rows, "l")
+
+
+def _explained(fit: LinearEffects) -> str:
+    return NOTHING if isnan(fit.r_squared) else f"{fit.r_squared:.2f} ({fit.adjusted:.2f})"
 
 
 def _effect(effect: LinearEffect) -> str:
