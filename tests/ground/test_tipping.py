@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from gaitlab.surfaces.files import load_surface
 from gaitlab.surfaces.surface import FibreMat, RigidFloor, SoftLayer, TuftedPile
 from gaitlab.surfaces.tipping import (
     SUPPORTS,
+    Support,
     mean_square,
     settled,
     tipping_ratio,
@@ -24,7 +26,13 @@ WEIGHT = 3.5 * 9.81  # N
 PEDESTALS = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 
 
-def moment(surface: TuftedPile | FibreMat, support: str, angle: float, axis: int) -> float:
+def pedestal(name: str) -> TuftedPile | FibreMat:
+    surface = load_surface(name)
+    assert isinstance(surface, (TuftedPile, FibreMat))
+    return surface
+
+
+def moment(surface: TuftedPile | FibreMat, support: Support, angle: float, axis: int) -> float:
     """Restoring moment of a sole turned about its centre at its settled gap, in [N m]."""
     law, area = surface.law(), SOLE.length * SOLE.width
     gap = law.height - settled(surface, SOLE, WEIGHT).sink
@@ -40,8 +48,10 @@ def moment(surface: TuftedPile | FibreMat, support: str, angle: float, axis: int
 @pytest.mark.parametrize("name", PEDESTALS)
 @pytest.mark.parametrize("support", SUPPORTS)
 @pytest.mark.parametrize("axis", ["x", "y"])
-def test_stiffness_is_the_slope_of_the_restoring_moment(name: str, support: str, axis: str) -> None:
-    surface, turn = load_surface(name), 1e-4
+def test_stiffness_is_the_slope_of_the_restoring_moment(
+    name: str, support: Support, axis: Literal["x", "y"]
+) -> None:
+    surface, turn = pedestal(name), 1e-4
     column = "xy".index(axis)
     ends = [moment(surface, support, sign * turn, column) for sign in (-1.0, 1.0)]
     slope = (ends[0] - ends[1]) / (2.0 * turn)
@@ -51,7 +61,7 @@ def test_stiffness_is_the_slope_of_the_restoring_moment(name: str, support: str,
 
 @pytest.mark.parametrize("name", PEDESTALS)
 def test_a_settled_sole_carries_its_load(name: str) -> None:
-    surface = load_surface(name)
+    surface = pedestal(name)
     law, area = surface.law(), SOLE.length * SOLE.width
     gap = law.height - settled(surface, SOLE, WEIGHT).sink
     assert area * float(law.pressure(np.array(gap))) == pytest.approx(WEIGHT, rel=1e-6)

@@ -153,11 +153,7 @@ def test_a_mirror_changes_no_measure() -> None:
 
 def test_measures_are_what_the_formula_put_in() -> None:
     turn = 0.1  # rad, toe down
-    attitude = {
-        f"{side}_foot_q{axis}": value
-        for side in ("left", "right")
-        for axis, value in (("y", float(np.sin(turn / 2.0))), ("w", float(np.cos(turn / 2.0))))
-    }
+    qy, qw = float(np.sin(turn / 2.0)), float(np.cos(turn / 2.0))
     log = walk(
         pitch=sine(0.05, offset=-0.04),
         roll=sine(0.03),
@@ -165,7 +161,10 @@ def test_measures_are_what_the_formula_put_in() -> None:
         left_foot_z=0.018,
         right_foot_z=0.018,
         right_foot_plough_force=3.0,
-        **attitude,
+        left_foot_qy=qy,
+        left_foot_qw=qw,
+        right_foot_qy=qy,
+        right_foot_qw=qw,
     )
     found = measured(piece_before(log, len(log) - 1))
     expected = {

@@ -97,17 +97,20 @@ def _mean(contrast: Contrast) -> float:
 def what_differs(found: Contrasts, head: str, counted: str, apart: Sequence[str] = APART) -> str:
     """The clearest differences of a comparison in a sentence; empty if there is none to make.
 
+    What is not defined in half of the pairs or cells is left to the table.
+
     Args:
         found: Contrast by measure.
         head: What is compared with what.
         counted: Noun of what the differences are made from.
         apart: Measures that are not named.
     """
-    asked = [c for name, c in found.items() if c.groups and name not in apart]
+    most = _groups(found)
+    asked = [c for name, c in found.items() if 2 * c.groups >= max(most, 1) and name not in apart]
     if not asked:
         return ""
     clear = sorted((c for c in asked if c.clear), key=lambda c: -c.size)
-    head = f"{head} ({plural(max(c.groups for c in asked), counted)})"
+    head = f"{head} ({plural(most, counted)})"
     if not clear:
         return f"{head} nothing differs clearly, so nothing can be told."
     return f"{head}: {'; '.join(_difference(c) for c in clear[:MOST_NAMED])}."
@@ -160,7 +163,8 @@ def contrast_table(grounds: Mapping[str, Contrasts], counted: str) -> str:
         *(f"{surface_text(g)}, {plural(_groups(f), counted)}" for g, f in compared.items()),
     ]
     rows = [
-        [_title(name), *(_gap(found[name]) for found in compared.values())] for name in MEASURES
+        [_title(name), *(_counted(found[name], _groups(found)) for found in compared.values())]
+        for name in MEASURES
     ]
     return table(header, rows, "l")
 
@@ -171,6 +175,12 @@ def _groups(found: Contrasts) -> int:
 
 def _title(name: str) -> str:
     return f"{MEASURES[name].name} [{MEASURES[name].unit}]"
+
+
+def _counted(contrast: Contrast, usual: int) -> str:
+    """The difference, with its n where a measure is defined less often than others."""
+    fewer = contrast.groups and contrast.groups < usual
+    return _gap(contrast) + (f", n = {contrast.groups}" if fewer else "")
 
 
 def _gap(contrast: Contrast) -> str:
