@@ -28,7 +28,7 @@ def headline(found: Sequence[Answer], calibrated: Calibrated) -> str:
     first = first_answers(found)
     lines = [_table_line(answer, judged(answer, calibrated)) for answer in first]
     if len(first) == 2:
-        lines.append(_efficiency_line(efficiencies(first[0], first[1])))
+        lines.append(_efficiency_line(first[0], first[1]))
     lines += [_order_line(answer, judged(answer, calibrated)) for answer in first]
     return "\n".join(f"- {line}" for line in lines if line)
 
@@ -90,7 +90,8 @@ def _basis(cells: Sequence[Judged]) -> str:
     return f", of which {count.successes} of {count.n} predicted{where}"
 
 
-def _efficiency_line(found: Simulated) -> str:
+def _efficiency_line(before: Answer, after: Answer) -> str:
+    found = efficiencies(before, after)
     told = {claim.name: claim for claim in claims()}
     paper = ", ".join(
         f"{told[name].without:.0f} → {told[name].with_:.0f} % {SHORT[name]}"
@@ -99,8 +100,15 @@ def _efficiency_line(found: Simulated) -> str:
     return (
         f"**Efficiency**: {percent(found.without)} {interval(found.without_interval)} → "
         f"{percent(found.with_)} {interval(found.with_interval)}, a gain of "
-        f"**{found.gain:+.0f} points** {interval(found.gain_interval)}; the paper: {paper}."
+        f"**{found.gain:+.0f} points** {interval(found.gain_interval)}{_part_of(before)}; "
+        f"the paper: {paper}."
     )
+
+
+def _part_of(answer: Answer) -> str:
+    """How many of the printed cells are here, if not all."""
+    n, printed = len(judged(answer, {})), len(answer.table.cells)
+    return "" if n == printed else f" over {n} of the {printed} printed cells"
 
 
 def _order_line(answer: Answer, cells: Sequence[Judged]) -> str:

@@ -27,6 +27,7 @@ from gaitlab.store import Store
 from gaitlab.trial import PHYSICS_VERSION
 
 REPORTS = Path("reports")
+QUICK = "**Quick form**: fewer seeds than the whole has, as the members below say."
 TABLES = "tables"  # kind of section that the headline is made from
 
 
@@ -108,6 +109,7 @@ def _page(reproduction: Reproduction, context: Context) -> str:
     blocks = [
         f"# {escape(reproduction.title)}",
         escape(reproduction.description),
+        QUICK if "--quick" in reproduction.options else "",
         _headline(reproduction, context),
         _completeness(reproduction, context),
         *(_section(each, context) for each in reproduction.sections),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import pandas as pd
@@ -42,35 +42,45 @@ class Shown:
 def shown_variants(
     results: Mapping[str, Results], experiments: Sequence[str], labels: Mapping[str, str]
 ) -> list[Shown]:
-    """Every variant of the members, in their order.
+    """Every variant of the members, in their order, no two called alike.
 
     Args:
         results: Of each member by name.
         experiments: Members that are shown.
-        labels: Words for a variant under `member/variant` or `variant`, or for a member whose
-            only variant it is. A variant without any keeps its own label, behind its member's
-            name if two members have one called so.
+        labels: Words for a variant, under `member/variant` or `variant`, and for a member, under
+            its name: those stand in front of a label that variants of several members share, and
+            are the label of a member's only variant.
     """
     pairs = [(name, variant) for name in experiments for variant in results[name].variants]
-    plain = [variant.label for _, variant in pairs]
-    found = []
-    for name, variant in pairs:
-        own = variant.label if plain.count(variant.label) == 1 else f"{name}: {variant.label}"
-        alone = labels.get(name) if len(results[name].variants) == 1 else None
-        words = labels.get(f"{name}/{variant.label}") or alone or labels.get(variant.label)
-        found.append(
-            Shown(label=words or own, experiment=name, results=results[name], variant=variant)
-        )
-    return _told_apart(found)
-
-
-def _told_apart(shown: Sequence[Shown]) -> list[Shown]:
-    """Labels that several have get their member's name in front."""
-    labels = [one.label for one in shown]
+    plain = [_words(name, variant, results[name], labels) for name, variant in pairs]
     return [
-        replace(one, label=f"{one.experiment}: {one.label}") if labels.count(one.label) > 1 else one
-        for one in shown
+        Shown(
+            label=own if plain.count(own) == 1 else f"{labels.get(name, name)}: {own}",
+            experiment=name,
+            results=results[name],
+            variant=variant,
+        )
+        for (name, variant), own in zip(pairs, plain, strict=True)
     ]
+
+
+def _words(name: str, variant: Variant, results: Results, labels: Mapping[str, str]) -> str:
+    alone = labels.get(name) if len(results.variants) == 1 else None
+    found = labels.get(f"{name}/{variant.label}") or alone or labels.get(variant.label)
+    return found or variant.label
+
+
+def require_labels(shown: Sequence[Shown], names: Iterable[str]) -> None:
+    """Refuse words for what there is not.
+
+    Raises:
+        WrongValue: If no variant and no member has one of the names.
+    """
+    known = {one.experiment for one in shown}
+    known |= {name for one in shown for name in one.names[:2]}
+    for name in names:
+        if name not in known:
+            raise WrongValue(f"labels: found {name!r}{suggestion(name, sorted(known))}")
 
 
 def called(shown: Sequence[Shown], name: str, beside: Shown | None = None) -> Shown:

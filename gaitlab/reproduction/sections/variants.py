@@ -7,26 +7,25 @@ of a member, set against a base on the cells that both walked, pairs of equal ce
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import cast
 
 from gaitlab.report.comparison.contrast import Contrast, Verdict, stable_contrast, verdicts
 from gaitlab.report.comparison.matching import Matched, matched
 from gaitlab.report.comparison.tables import difference
 from gaitlab.report.figure_style import save
-from gaitlab.report.markdown import escape, image, table
+from gaitlab.report.markdown import details, escape, image, table
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
-from gaitlab.report.variants import Value, Variant
+from gaitlab.report.variants import Variant
 from gaitlab.report.words import (
     NOTHING,
     interval,
     path_text,
     percent,
     plural,
-    share,
     surface_text,
     with_unit,
 )
@@ -34,7 +33,13 @@ from gaitlab.reproduction.answers import Answer, agreement, judged
 from gaitlab.reproduction.figures.share_dots import share_dots
 from gaitlab.reproduction.headline import count_text
 from gaitlab.reproduction.section import Context, Section, option
-from gaitlab.reproduction.together import Shown, called, shown_variants, together
+from gaitlab.reproduction.together import (
+    Shown,
+    called,
+    require_labels,
+    shown_variants,
+    together,
+)
 from gaitlab.statistics import Count, wilson
 
 OPTIONS = (
@@ -44,13 +49,14 @@ OPTIONS = (
     option("leave_out", tuple[str, ...], (), "variants that are not shown"),
     option("figure", str, "", "name of the figure's file; by default that of the members"),
 )
-COMMON_ROWS = 2  # that all variants must share for the shares to be taken over those alone
 HOW_TO_READ = """\
-Shares of stable runs with Wilson intervals. A difference is taken over the cells that both have
-walked, in pairs of equal cell and seed: exact McNemar test, interval of Bonett and Price.
-*better* and *worse* hold for the whole table together: of twenty such tables without any difference
-at most one names one (Holm); elsewhere the runs *cannot tell*. In the figure a base is hollow, and
-the dotted line is the share of the first one."""
+Runs that stayed up, of all, and in brackets the Wilson interval of that share in percent. A
+difference is taken over the cells that both have walked, in pairs of equal cell and seed: exact
+McNemar test, interval of Bonett and Price. *better* and *worse* hold for the whole column *all*,
+and apart from it for the columns of the grounds together: of twenty such tables without any
+difference at most one names one (Holm). Where neither is said, the runs cannot tell. Agreement
+counts every printed cell that a variant has walked. In the figure a base is hollow, and the dotted
+line is the share of the first one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,8 +68,12 @@ class _Compared:
 
     @cached_property
     def results(self) -> Results:
-        """All of them in one table."""
-        return together(self.shown)
+        """All of them in one table: the rows that all have, or if there is none each its own."""
+        whole = together(self.shown)
+        trials, rows = whole.trials, whole.rows
+        own = [set(whole.of(variant)[rows]) for variant in whole.variants]
+        common = set.intersection(*own)
+        return replace(whole, trials=trials[trials[rows].isin(common)]) if common else whole
 
     @property
     def pairs(self) -> list[tuple[Shown, Shown]]:
@@ -75,25 +85,11 @@ class _Compared:
         """The variant in the common table."""
         return next(v for v in self.results.variants if v.label == one.label)
 
-    @property
-    def own_rows(self) -> list[set[Value]]:
-        """Rows that each variant has."""
-        rows = self.results.rows
-        return [set(self.results.of(variant)[rows]) for variant in self.results.variants]
-
-    @cached_property
-    def rows(self) -> list[Value]:
-        """Rows over which shares are taken: those that all share, or each variant's own."""
-        own = self.own_rows
-        common = set.intersection(*own)
-        chosen = common if len(common) >= COMMON_ROWS else set.union(*own)
-        return [row for row in self.results.row_values if row in chosen]
-
     def cells(self, one: Shown) -> dict[str, list[Cell]]:
-        """Scored cells of a variant by ground, over the rows."""
+        """Scored cells of a variant by ground."""
         found: dict[str, list[Cell]] = {}
         for column in self.results.column_values:
-            cells = [self.results.cell(self.variant(one), row, column) for row in self.rows]
+            cells = self.results.column_cells(self.variant(one), column)
             scored = [cell for cell in cells if cell.n]
             if scored:
                 found[str(column)] = scored
@@ -110,26 +106,45 @@ def variants_section(section: Section, context: Context) -> str:
     found = _compared(section, context)
     name = str(section.options["figure"]) or "variants_" + "_".join(section.experiments)
     blocks = [
-        HOW_TO_READ,
-        _rows_sentence(found),
+        _rows_sentence(found.results),
         _share_table(found),
         _figure(found, context, name),
         _difference_table(found),
         _agreement_table(found),
+        details("How to read these tables", HOW_TO_READ),
     ]
     return "\n\n".join(block for block in blocks if block)
 
 
 def _compared(section: Section, context: Context) -> _Compared:
+    whole = len(context.results) == len(context.experiments)
     labels = cast(Mapping[str, str], section.options["labels"])
     every = shown_variants(context.results, section.experiments, labels)
-    hidden = [called(every, name) for name in cast("tuple[str, ...]", section.options["leave_out"])]
-    shown = [one for one in every if one not in hidden]
-    base = str(section.options["base"]) or shown[0].names[0]
+    if whole:
+        require_labels(every, labels)
+    wanted = partial(_wanted, whole=whole)
+    hidden = wanted(every, cast("tuple[str, ...]", section.options["leave_out"]))
+    shown = [one for one in every if one not in hidden.values()]
+    asked = str(section.options["base"])
+    base = asked if asked in wanted(shown, [asked]) else shown[0].names[0]
     against = cast(Mapping[str, str], section.options["against"])
-    chosen = {called(shown, name).label: other for name, other in against.items()}
-    bases = [_base(shown, one, chosen.get(one.label, base)) for one in shown]
+    others = {
+        one.label: against[name]
+        for name, one in wanted(shown, list(against)).items()
+        if wanted(shown, [against[name]])
+    }
+    bases = [_base(shown, one, others.get(one.label, base)) for one in shown]
     return _Compared(shown=shown, bases=bases)
+
+
+def _wanted(shown: Sequence[Shown], names: Sequence[str], *, whole: bool) -> dict[str, Shown]:
+    """The variants of these names; before every member was run only those there are.
+
+    Raises:
+        WrongValue: If every member was run and one has none of the names.
+    """
+    known = {name for one in shown for name in one.names}
+    return {name: called(shown, name) for name in names if name and (whole or name in known)}
 
 
 def _base(shown: Sequence[Shown], one: Shown, name: str) -> Shown | None:
@@ -139,18 +154,20 @@ def _base(shown: Sequence[Shown], one: Shown, name: str) -> Shown | None:
     return None if found is one else found
 
 
-def _rows_sentence(found: _Compared) -> str:
-    """Over which rows the shares are taken, and what the figure shows."""
-    path, own = found.results.rows, found.own_rows
-    values = ", ".join(escape(with_unit(found.results, path, row)) for row in found.rows)
-    lacking = any(set(found.rows) - rows for rows in own)
-    tail = ", as far as a variant has them" if lacking else ""
-    return f"Shares are taken over {path_text(path)} {values}{tail}."
+def _rows_sentence(results: Results) -> str:
+    """Over which rows shares and differences are taken."""
+    values = ", ".join(escape(with_unit(results, results.rows, row)) for row in results.row_values)
+    return f"All of it is over {path_text(results.rows)} {values}."
 
 
 def _share_table(found: _Compared) -> str:
     grounds = [str(ground) for ground in found.results.column_values]
-    head = ["stable runs", *(escape(surface_text(g)) for g in grounds), "all", "efficiency [95 %]"]
+    head = [
+        "stable runs [%]",
+        *(escape(surface_text(g)) for g in grounds),
+        "all",
+        "efficiency [95 %]",
+    ]
     rows = [_share_row(found.cells(one), escape(one.label), grounds) for one in found.shown]
     return table(head, rows, "l")
 
@@ -175,7 +192,8 @@ def _count(cells: Sequence[Cell]) -> Count:
 
 
 def _share(count: Count) -> str:
-    return share(*count, wilson(*count))
+    """Runs that stayed up of all, and the interval of their share in percent."""
+    return f"{count.successes}/{count.n} {interval(wilson(*count), 100.0)}"
 
 
 def _figure(found: _Compared, context: Context, name: str) -> str:
@@ -196,12 +214,14 @@ def _difference_table(found: _Compared) -> str:
     grounds = [str(ground) for ground in found.results.column_values]
     walked = [(pair, _contrasts(found, *pair, grounds)) for pair in found.pairs]
     lines = [(pair, line) for pair, line in walked if line[0].n]
-    said = iter(verdicts([contrast for _, line in lines for contrast in line]))
+    whole = iter(verdicts([line[0] for _, line in lines]))
+    said = iter(verdicts([contrast for _, line in lines for contrast in line[1:]]))
     rows = [
         [
             escape(one.label),
             escape(base.label),
-            *(_difference(contrast, next(said)) for contrast in line),
+            _difference(line[0], next(whole)),
+            *(_difference(contrast, next(said)) for contrast in line[1:]),
             str(line[0].n),
         ]
         for (one, base), line in lines
@@ -209,7 +229,7 @@ def _difference_table(found: _Compared) -> str:
     if not rows:
         return ""
     titles = (escape(surface_text(ground)) for ground in grounds)
-    return table(["difference", "against", "all", *titles, "pairs"], rows, "ll")
+    return table(["difference, points [95 %]", "against", "all", *titles, "pairs"], rows, "ll")
 
 
 def _contrasts(found: _Compared, one: Shown, base: Shown, grounds: Sequence[str]) -> list[Contrast]:
@@ -224,8 +244,9 @@ def _part(runs: Matched, ground: str, found: _Compared) -> Matched:
 def _difference(contrast: Contrast, verdict: Verdict) -> str:
     if not contrast.n:
         return NOTHING
-    told = verdict if verdict in ("cannot tell", "no data") else f"**{verdict}**"
-    return f"{difference(contrast)} {told}"
+    sure = verdict not in ("cannot tell", "no data")
+    points = difference(contrast).replace(" points", "")
+    return points + (f" **{verdict}**" if sure else "")
 
 
 def _agreement_table(found: _Compared) -> str:
