@@ -13,7 +13,7 @@ from gaitlab.errors import UsageError
 from gaitlab.experiment import Axis, Design, Experiment, Value
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
-from gaitlab.report.variants import label_of
+from gaitlab.report.variants import is_off, label_of
 
 SWITCH = (str, bool)  # types of a value that tells variants apart
 
@@ -68,6 +68,7 @@ def sweep_of(experiment: Experiment, results: Results) -> Sweep:
     """
     design, axis = _design(experiment), _switches(experiment)
     ends = [dict(zip(axis.paths, row, strict=True)) for row in (axis.rows[0], axis.rows[-1])]
+    switched = [path for path, value in ends[0].items() if is_off(value)]
     points = _points(design, results.trials)
     trials = results.trials.assign(point=points, scored=results.trials["state"].isin(SCORED))
     trials = trials.assign(up=trials["stable"].eq(True))
@@ -76,7 +77,7 @@ def sweep_of(experiment: Experiment, results: Results) -> Sweep:
     kept = np.flatnonzero(complete.to_numpy())
     return Sweep(
         design=design,
-        labels=(label_of(ends[0], axis.paths), label_of(ends[1], axis.paths)),
+        labels=(label_of(ends[0], switched), label_of(ends[1], switched)),
         places=_places(design)[complete.index[kept]],
         walks=len(sides[0]) // max(1, len(complete)),
         by_ground={

@@ -25,7 +25,7 @@ def effect_dots(
     Args:
         panels: Effects of all quantities by title of the panel.
         quantities: Name and range of each.
-        unit: What the changes are multiplied by 100 to, along the axes.
+        unit: Label of the axes, along which the changes stand in hundredths.
     """
     ends = [abs(end) for found in panels.values() for e in found for end in e.interval]
     reach = 100.0 * MARGIN * (max(ends) or 1.0)
@@ -38,7 +38,7 @@ def effect_dots(
         axes[0].set_yticks(range(len(quantities)), quantities, fontsize=8.0)
         axes[0].set_ylim(len(quantities) - 0.5, -0.5)
         figure.supxlabel(unit, fontsize=9.0)
-        figure.legend(handles=_keys(), loc="outside lower center", ncols=2, fontsize=8.0)
+        figure.legend(handles=_keys(), loc="outside upper right", ncols=2, fontsize=8.0)
     return figure
 
 

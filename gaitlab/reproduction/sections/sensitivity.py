@@ -2,7 +2,7 @@
 
 At every point of a box of assumptions the plain variant and the one with everything switched on
 walk the same cells. The section says over which share of the box switching on helps, and which
-assumption its gain hangs on.
+assumption its improvement hangs on.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from gaitlab.statistics import (
     linear_effects,
     mean_difference_interval,
     sign_shares,
+    signed_rank,
     wilson,
 )
 
@@ -39,7 +40,8 @@ OPTIONS = (
         "what swept paths are called, {surface.vertical_scale: blade stiffness}",
     ),
 )
-UNIT = "change of the stable share from the low to the high end of the range [percentage points]"
+UNIT = "change from the low to the high end of the range [percentage points]"
+IMPROVEMENT = "improvement"  # title of what switching on adds to the stable share
 HALF = 0.5  # of the box; a sign that holds in more of it is the rule there
 METHOD = """\
 A plane is fitted through the values of all points, so that each effect is that of one quantity with
@@ -49,7 +51,8 @@ a plane explains of mere noise: what is left is curvature, quantities that act t
 Sobol' indices would need hundreds of points for each quantity."""
 WILSON = """\
 Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are
-spread more evenly than that, so that the intervals are rather too wide."""
+spread more evenly than that, so that the intervals are rather too wide. A mean is told from none
+when its bootstrap interval excludes it and the signed-rank test over the points agrees (p < 0.05)."""
 
 
 def sensitivity_section(section: Section, context: Context) -> str:
@@ -98,17 +101,17 @@ def _signs(sweep: Sweep) -> str:
     rows = [_sign_row("all grounds", sweep.shares)] if len(sweep.by_ground) > 1 else []
     rows += [_sign_row(surface_text(name), sides) for name, sides in sweep.by_ground.items()]
     names = (f"mean of {escape(label)} [%]" for label in sweep.labels)
-    head = ["ground", "better at", "alike at", "worse at", *names, "mean gain [points]"]
+    head = ["ground", "better at", "alike at", "worse at", *names, "mean improvement [points]"]
     return f"{_verdict(sweep)}\n\n{table(head, rows, 'l')}\n\n{WILSON}"
 
 
 def _sign_row(name: str, sides: Sides) -> list[str]:
     counts = (share(*count, wilson(*count)) for count in sign_shares(sides.improvement))
     means = (f"{100.0 * np.mean(side):.0f}" for side in sides)
-    return [escape(name), *counts, *means, _gain(sides.improvement)]
+    return [escape(name), *counts, *means, _improvement(sides.improvement)]
 
 
-def _gain(improvement: np.ndarray) -> str:
+def _improvement(improvement: np.ndarray) -> str:
     bounds = mean_difference_interval(improvement)
     return f"{100.0 * np.mean(improvement):+.0f} {_points(bounds)}"
 
@@ -122,20 +125,23 @@ def _verdict(sweep: Sweep) -> str:
     """The sign in one sentence, no stronger than its intervals."""
     improvement = sweep.shares.improvement
     found, bounds = sign_shares(improvement), mean_difference_interval(improvement)
-    gain = f"On average over the box it changes the stable share by {_gain(improvement)} points"
-    told = "" if bounds.low > 0.0 or bounds.high < 0.0 else ", which cannot be told from none"
+    mean = (
+        f"On average over the box it changes the stable share by {_improvement(improvement)} points"
+    )
+    apart = (bounds.low > 0.0 or bounds.high < 0.0) and signed_rank(improvement) < LEVEL
+    told = "" if apart else ", which cannot be told from none"
     words = zip(found, ("helps", "makes no difference", "harms"), strict=True)
     rule = [word for count, word in words if wilson(*count).low > HALF]
     what = f"adding *{escape(sweep.labels[1])}*"
     if rule:
-        return f"**{what.capitalize()} {rule[0]} in more than half of the box.** {gain}{told}."
-    return f"**Whether {what} helps in more than half of the box cannot be told.** {gain}{told}."
+        return f"**A{what[1:]} {rule[0]} in more than half of the box.** {mean}{told}."
+    return f"**Whether {what} helps in more than half of the box cannot be told.** {mean}{told}."
 
 
 def _effects(
     sweep: Sweep, names: Sequence[str], experiment: Experiment, context: Context
 ) -> list[str]:
-    """What the gain and both shares hang on: a figure, a table and what can be told."""
+    """What the improvement and both shares hang on: a figure, a table and what can be told."""
     needed = fewest_points(len(names))
     if len(sweep.places) < needed:
         return [
@@ -143,9 +149,9 @@ def _effects(
             f"{needed} can."
         ]
     responses = (sweep.shares.improvement, *sweep.shares)
-    titles = ("gain", *sweep.labels)
+    titles = (IMPROVEMENT, *sweep.labels)
     fits = {t: linear_effects(sweep.places, y) for t, y in zip(titles, responses, strict=True)}
-    order = sorted(range(len(names)), key=lambda j: -abs(fits["gain"].effects[j].change))
+    order = sorted(range(len(names)), key=lambda j: -abs(fits[IMPROVEMENT].effects[j].change))
     file = f"sensitivity_{experiment.name}"
     panels = {title: [fit.effects[j] for j in order] for title, fit in fits.items()}
     labels = [names[j].replace(", ", "\n", 1) for j in order]
@@ -153,7 +159,7 @@ def _effects(
     told = " ".join(_told(title, fit, names) for title, fit in fits.items())
     return [
         told,
-        image("Effect of every quantity on the gain and on both shares", f"{file}.png"),
+        image("Effect of every quantity on the improvement and on both shares", f"{file}.png"),
         _effect_table(fits, names, order),
         METHOD,
     ]
@@ -166,7 +172,9 @@ def _told(title: str, fit: LinearEffects, names: Sequence[str]) -> str:
         for name, effect in zip(names, fit.effects, strict=True)
         if effect.p_value < LEVEL
     ]
-    subject = "The gain" if title == "gain" else f"The stable share of *{escape(title)}*"
+    subject = (
+        "The improvement" if title == IMPROVEMENT else f"The stable share of *{escape(title)}*"
+    )
     if found:
         return f"{subject} hangs on {', '.join(map(escape, found))}."
     return f"{subject} hangs on none of them by more than chance would make it seem."
