@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from gaitlab.log import TrialLog
-from gaitlab.report.before_falls.accounts import toes, what_differs
+from gaitlab.report.before_falls.accounts import common, toes, what_differs
 from gaitlab.report.before_falls.comparing import Contrast, contrasts, fell_and_stayed, same_seed
 from gaitlab.report.before_falls.courses import courses, growth, slope, zmp_ahead
 from gaitlab.report.before_falls.measures import MEASURES, measured, piece_before
@@ -294,6 +294,20 @@ def test_only_clear_differences_are_named() -> None:
     assert "toe-first landings" in what_differs(contrast(0.1, 0.3), "Against it", "cell", ())
     assert "nothing can be told" in what_differs(contrast(-0.1, 0.3), "Against it", "cell", ())
     assert what_differs({}, "Against it", "cell") == ""
+
+
+def test_only_what_differs_the_same_way_on_every_ground_is_common() -> None:
+    up, more, down = (
+        {name: c for name, c in compared(gap, paired=True).items() if name in ("sink", "lean")}
+        for gap in (0.4, 0.8, -0.4)
+    )
+    full = {name: compared(0.0, paired=True) for name in ("a", "b")}
+    alike = common({"a": full["a"] | up, "b": full["b"] | more}, "Falls")
+    assert alike.startswith("Falls on each of a, b: ")
+    assert "sink of the stance sole higher by" in alike
+    opposed = common({"a": full["a"] | up, "b": full["b"] | down}, "Falls")
+    assert "no measure differs clearly on all of them" in opposed
+    assert common({"a": full["a"] | up}, "Falls") == ""
 
 
 def test_the_pair_is_the_first_seed_of_the_first_cell_in_which_only_one_falls() -> None:

@@ -2,5 +2,5 @@
 
 `standing` says until when a robot stood well, `measures` what is measured in one gait cycle,
 `courses` what changes from cycle to cycle, `comparing` sets like beside like, `firmness` is the
-mechanics beside it, `accounts` puts all of it into words and tables.
+mechanics beside it, `accounts` and `tables` tell all of it.
 """

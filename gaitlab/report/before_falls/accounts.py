@@ -1,4 +1,4 @@
-"""Falls in words and tables: what the numbers carry, and that nothing more can be told."""
+"""Falls in words: what the numbers carry, and that nothing more can be told."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import pandas as pd
 from gaitlab.report.before_falls.comparing import Contrast
 from gaitlab.report.before_falls.measures import MEASURES
 from gaitlab.report.before_falls.scene import Contrasts
-from gaitlab.report.falls import DIRECTIONS, quartiles
-from gaitlab.report.markdown import escape, table
+from gaitlab.report.markdown import escape
 from gaitlab.report.words import NOTHING, percent, plural, surface_text
 
 MOST_NAMED = 4  # differences in a sentence
 APART = ("plough_share", "lift_base", "margin_p5", "toe_first")  # said otherwise or elsewhere
 DEPTH = ("sink", "lift", "single", "plough")  # what a pile does to any walk, see `depth`
+FEWEST_GROUNDS = 2  # that have something in common
 SMALL = 10.0  # points of a share; toes that catch would land first far more often
 STEP = "gait.step_length"
 
@@ -105,7 +105,7 @@ def what_differs(found: Contrasts, head: str, counted: str, apart: Sequence[str]
         counted: Noun of what the differences are made from.
         apart: Measures that are not named.
     """
-    most = _groups(found)
+    most = groups(found)
     asked = [c for name, c in found.items() if 2 * c.groups >= max(most, 1) and name not in apart]
     if not asked:
         return ""
@@ -114,6 +114,35 @@ def what_differs(found: Contrasts, head: str, counted: str, apart: Sequence[str]
     if not clear:
         return f"{head} nothing differs clearly, so nothing can be told."
     return f"{head}: {'; '.join(_difference(c) for c in clear[:MOST_NAMED])}."
+
+
+def common(grounds: Mapping[str, Contrasts], head: str) -> str:
+    """What differs clearly and the same way on every ground that can be compared; a sentence.
+
+    Args:
+        grounds: Contrasts by ground.
+        head: What is compared with what.
+    """
+    compared = {name: found for name, found in grounds.items() if groups(found)}
+    if len(compared) < FEWEST_GROUNDS:
+        return ""
+    where = ", ".join(escape(surface_text(name)) for name in compared)
+    sets = {name: [found[name] for found in compared.values()] for name in MEASURES}
+    shared = {name: found for name, found in sets.items() if name not in APART and _alike(found)}
+    ordered = sorted(shared, key=lambda name: -min(c.size for c in shared[name]))
+    named = "; ".join(_spread(name, shared[name]) for name in ordered[:MOST_NAMED])
+    return f"{head} on each of {where}: {named or 'no measure differs clearly on all of them'}."
+
+
+def _alike(found: Sequence[Contrast]) -> bool:
+    return all(c.clear for c in found) and len({c.difference > 0.0 for c in found}) == 1
+
+
+def _spread(name: str, found: Sequence[Contrast]) -> str:
+    gaps = sorted((MEASURES[name].scale * c.difference for c in found), key=abs)
+    word = "higher" if gaps[0] > 0.0 else "lower"
+    unit = MEASURES[name].unit if MEASURES[name].unit == "°" else f" {MEASURES[name].unit}"
+    return f"{MEASURES[name].name} {word} by {abs(gaps[0]):.3g} to {abs(gaps[-1]):.3g}{unit}"
 
 
 def _difference(contrast: Contrast) -> str:
@@ -153,84 +182,6 @@ def gap_text(contrast: Contrast) -> str:
     return f"{gap} [{low}, {high}]"
 
 
-def contrast_table(grounds: Mapping[str, Contrasts], counted: str) -> str:
-    """Differences of every measure, one column a ground; bold where the interval excludes zero."""
-    compared = {name: found for name, found in grounds.items() if _groups(found)}
-    if not compared:
-        return ""
-    header = [
-        "",
-        *(f"{surface_text(g)}, {plural(_groups(f), counted)}" for g, f in compared.items()),
-    ]
-    rows = [
-        [_title(name), *(_counted(found[name], _groups(found)) for found in compared.values())]
-        for name in MEASURES
-    ]
-    return table(header, rows, "l")
-
-
-def _groups(found: Contrasts) -> int:
+def groups(found: Contrasts) -> int:
+    """Pairs or cells that the differences are made from, at most."""
     return max((contrast.groups for contrast in found.values()), default=0)
-
-
-def _title(name: str) -> str:
-    return f"{MEASURES[name].name} [{MEASURES[name].unit}]"
-
-
-def _counted(contrast: Contrast, usual: int) -> str:
-    """The difference, with its n where a measure is defined less often than others."""
-    fewer = contrast.groups and contrast.groups < usual
-    return _gap(contrast) + (f", n = {contrast.groups}" if fewer else "")
-
-
-def _gap(contrast: Contrast) -> str:
-    if not contrast.groups or not np.isfinite(contrast.interval.low):
-        return NOTHING
-    return f"**{gap_text(contrast)}**" if contrast.clear else gap_text(contrast)
-
-
-def sides_table(found: Contrasts, first: str, second: str) -> str:
-    """Median, quartiles and n of both sides, the difference of the means and its interval."""
-    rows = [
-        [_title(name), _side(name, c.first), _side(name, c.second), _gap(c), _verdict(c)]
-        for name, c in found.items()
-        if c.groups
-    ]
-    header = ["", first, second, "difference of means [99 %]", ""]
-    return table(header, rows, "l") if rows else ""
-
-
-def _side(name: str, values: np.ndarray) -> str:
-    return quartiles(pd.Series(MEASURES[name].scale * values))
-
-
-def _verdict(contrast: Contrast) -> str:
-    if not contrast.clear:
-        return "cannot tell"
-    return "higher" if contrast.difference > 0.0 else "lower"
-
-
-def falls_table(parts: Sequence[tuple[str, str, pd.DataFrame]]) -> str:
-    """How the falls of each ground and variant went.
-
-    Args:
-        parts: Ground, variant and the walks there, with `fell`, `fall_direction`, and what
-            `stands` and `stories` say of them.
-    """
-    header = [
-        *("", "variant", "falls", *DIRECTIONS, "before a full cycle", "on one foot"),
-        *("to the fall [s]", "first fore-aft", "first sideways"),
-        *("pitch growth [%/cycle]", "roll growth [%/cycle]", "ZMP drift [mm/cycle]"),
-    ]
-    return table(header, [_falls_row(*part) for part in parts], "ll")
-
-
-def _falls_row(ground: str, variant: str, done: pd.DataFrame) -> list[str]:
-    falls = done[done["fell"]]
-    count = [str(int((falls["fall_direction"] == way).sum())) for way in DIRECTIONS]
-    single = int(falls["support"].isin(("left foot", "right foot")).sum())
-    axes = [str(int((falls["axis"] == axis).sum())) for axis in ("fore-aft", "sideways")]
-    growth = [quartiles(100.0 * falls[name]) for name in ("pitch_growth", "roll_growth")]
-    head = [escape(surface_text(ground)), escape(variant), f"{len(falls)} of {len(done)}", *count]
-    when = [str(int((falls["cycles"] < 1.0).sum())), str(single), quartiles(falls["lead"])]
-    return [*head, *when, *axes, *growth, quartiles(1000.0 * falls["zmp_drift"])]

@@ -54,12 +54,13 @@ def firmness(trial: Trial, log: TrialLog) -> Firmness:
     return Firmness(rest=rest, pitch=pitch, roll=roll, kind=sole.kind)
 
 
-def firmness_table(grounds: Mapping[str, Firmness], outcome: Mapping[str, str]) -> str:
+def firmness_table(grounds: Mapping[str, Firmness], outcome: Mapping[str, str], what: str) -> str:
     """One row a ground, its own kind of sole first.
 
     Args:
         grounds: By the name of the ground.
-        outcome: What became of the walks there, by the name of the ground.
+        outcome: How many walks fell there, by the name of the ground.
+        what: Whose walks.
     """
     if not grounds:
         return ""
@@ -77,7 +78,7 @@ def firmness_table(grounds: Mapping[str, Firmness], outcome: Mapping[str, str]) 
         ]
         for name, ground in grounds.items()
     ]
-    return table([*header, "walks that fell"], rows, "lr")
+    return table([*header, f"falls of {what}"], rows, "lr")
 
 
 def _number(value: float) -> str:

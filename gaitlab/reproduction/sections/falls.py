@@ -11,11 +11,9 @@ from typing import cast
 from gaitlab.report.before_falls.accounts import (
     APART,
     DEPTH,
-    contrast_table,
+    common,
     depth,
-    falls_table,
     how_they_fell,
-    sides_table,
     toes,
     what_differs,
 )
@@ -29,6 +27,12 @@ from gaitlab.report.before_falls.firmness import (
 from gaitlab.report.before_falls.pair import Pair, save_balance, telling_pair, write_strip
 from gaitlab.report.before_falls.reading import body_log
 from gaitlab.report.before_falls.scene import ByGround, Scene, scene_of
+from gaitlab.report.before_falls.tables import (
+    contrast_table,
+    courses_table,
+    falls_table,
+    sides_table,
+)
 from gaitlab.report.gather import gather
 from gaitlab.report.markdown import details, escape, image
 from gaitlab.report.results import Results
@@ -70,9 +74,10 @@ def falls_section(section: Section, context: Context) -> str:
     held = _firmness(scene, results, context)
     blocks = [
         METHOD,
+        _in_short(scene),
         "\n".join(_account(scene, ground, held[ground]) for ground in scene.grounds),
         *_ground_holds(scene, held),
-        f"### How they fall\n\n{GROWTH}\n\n{_falls_table(scene)}",
+        *_how_they_fall(scene),
         _ground_block(scene),
         _cell_block(scene),
         *(_variant_block(scene, variant) for variant in scene.variants[1:]),
@@ -106,6 +111,26 @@ def _firmness(scene: Scene, results: Results, context: Context) -> dict[str, Fir
     return found
 
 
+def _in_short(scene: Scene) -> str:
+    """What the grounds have in common; empty if nothing can be compared on two of them."""
+    base = escape(scene.base)
+    told = [
+        common(scene.by_cell, f"Falls of *{base}* against walks of the same cells that stayed up"),
+        common(scene.by_ground, f"Falls of *{base}* against {_there(scene)}"),
+        *(
+            common(found, f"*{escape(label)}* against *{base}* where that falls")
+            for label, found in scene.by_variant.items()
+        ),
+    ]
+    return " ".join(
+        f"**In common.** {text}" if k == 0 else text for k, text in enumerate(filter(None, told))
+    )
+
+
+def _there(scene: Scene) -> str:
+    return f"the same {SAME} on {escape(surface_text(scene.reference))}"
+
+
 def _account(scene: Scene, ground: str, held: Firmness) -> str:
     """One ground: how its walks fall, and below it what the numbers say of the reasons."""
     walks, place = scene.walks(ground, scene.base), escape(surface_text(ground))
@@ -121,7 +146,7 @@ def _reasons(scene: Scene, ground: str) -> list[str]:
     apart, stayed = (*APART, *DEPTH), "Against walks of the same cells that stayed up"
     on_it = [depth(found, there)] if found else []
     if found:
-        on_it.append(what_differs(found, f"Against the same {SAME} on {there}", "pair", apart))
+        on_it.append(what_differs(found, f"Against {_there(scene)}", "pair", apart))
     changes = [_change(scene, ground, variant) for variant in scene.variants[1:]]
     return [*on_it, what_differs(cells, stayed, "cell"), toes(cells), *changes]
 
@@ -137,26 +162,22 @@ def _change(scene: Scene, ground: str, variant: Variant) -> str:
 def _ground_holds(scene: Scene, held: Mapping[str, Firmness]) -> list[str]:
     fell = {ground: scene.walks(ground, scene.base)["fell"].mean() for ground in scene.grounds}
     outcome = {
-        ground: "; ".join(
-            f"{escape(v.label)} {int(walks['fell'].sum())} of {len(walks)}"
-            for v in scene.variants
-            if len(walks := scene.walks(ground, v.label))
-        )
+        ground: f"{int(walks['fell'].sum())} of {len(walks)}"
         for ground in scene.grounds
+        if len(walks := scene.walks(ground, scene.base))
     }
-    table = firmness_table(held, outcome)
+    table = firmness_table(held, outcome, escape(scene.base))
     return ["### What the ground holds", FIRMNESS, table, firmness_order(held, fell)]
 
 
-def _falls_table(scene: Scene) -> str:
-    return falls_table(
-        [
-            (ground, variant.label, walks)
-            for ground in scene.grounds
-            for variant in scene.variants
-            if len(walks := scene.walks(ground, variant.label))
-        ]
-    )
+def _how_they_fall(scene: Scene) -> list[str]:
+    parts = [
+        (ground, variant.label, walks)
+        for ground in scene.grounds
+        for variant in scene.variants
+        if len(walks := scene.walks(ground, variant.label))
+    ]
+    return ["### How they fall", GROWTH, falls_table(parts), courses_table(parts)]
 
 
 def _ground_block(scene: Scene) -> str:
