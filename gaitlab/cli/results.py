@@ -85,13 +85,14 @@ def report(
     from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.optimize.findings import write_study_report
     from gaitlab.report import write_report
+    from gaitlab.reproduction import sweep_page, write_reproduction
     from gaitlab.store import Store
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     if any(map(is_reproduction, experiments)):
         from gaitlab.cli.reproducing import only_one
-        from gaitlab.reproduction import load_reproduction, write_reproduction
+        from gaitlab.reproduction import load_reproduction
 
         name = only_one(experiments)
         with other_output_on_stderr():
@@ -103,6 +104,12 @@ def report(
     refuse_quick(experiments[0], quick)
     with other_output_on_stderr():
         loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
+        sweep = sweep_page(loaded, settings or (), seeds)
+        if sweep is not None:
+            html = form is Form.html
+            page = write_reproduction(sweep, Store(store), output, html=html, tables=tables)
+            say(str(page))
+            return 0
         write = write_report
         if any(one.study for one in loaded):
             write = partial(write_study_report, storage=storage)

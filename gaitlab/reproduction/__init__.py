@@ -2,5 +2,6 @@
 
 from gaitlab.reproduction.document import Reproduction, load_reproduction
 from gaitlab.reproduction.page import write_reproduction
+from gaitlab.reproduction.sweep_page import sweep_page
 
-__all__ = ["Reproduction", "load_reproduction", "write_reproduction"]
+__all__ = ["Reproduction", "load_reproduction", "sweep_page", "write_reproduction"]

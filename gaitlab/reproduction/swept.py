@@ -88,6 +88,11 @@ def sweep_of(experiment: Experiment, results: Results) -> Sweep:
     )
 
 
+def compares_switches(experiment: Experiment) -> bool:
+    """Whether an experiment has a design and, beside it, a switch."""
+    return experiment.design is not None and _switched_axis(experiment) is not None
+
+
 def _design(experiment: Experiment) -> Design:
     if experiment.design is None:
         raise UsageError(
@@ -97,15 +102,21 @@ def _design(experiment: Experiment) -> Design:
 
 
 def _switches(experiment: Experiment) -> Axis:
+    axis = _switched_axis(experiment)
+    if axis is None:
+        raise UsageError(
+            f"{experiment.name} varies no switch beside its design; list two gaits under zip or "
+            "grid, `gait.heel_strike: [none, add]` for instance"
+        )
+    return axis
+
+
+def _switched_axis(experiment: Experiment) -> Axis | None:
+    """The first axis that is not swept and whose first path takes names."""
     swept = {path for item in _design(experiment).box for path in item.paths}
-    for axis in experiment.axes:
-        beside = not swept & set(axis.paths)
-        if beside and len(axis.rows) > 1 and isinstance(axis.rows[0][0], SWITCH):
-            return axis
-    raise UsageError(
-        f"{experiment.name} varies no switch beside its design; list two gaits under zip or grid, "
-        "`gait.heel_strike: [none, add]` for instance"
-    )
+    others = (axis for axis in experiment.axes if not swept & set(axis.paths))
+    named = (a for a in others if len(a.rows) > 1 and isinstance(a.rows[0][0], SWITCH))
+    return next(named, None)
 
 
 def _points(design: Design, trials: pd.DataFrame) -> np.ndarray:

@@ -11,9 +11,10 @@ import pandas as pd
 import pytest
 
 from gaitlab.errors import UsageError
-from gaitlab.experiment import Experiment
+from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.plan import plan
 from gaitlab.report.results import Results
+from gaitlab.reproduction import sweep_page
 from gaitlab.reproduction.section import Context, Section
 from gaitlab.reproduction.sections.sensitivity import sensitivity_section
 from gaitlab.reproduction.swept import sweep_of
@@ -212,3 +213,14 @@ def test_an_experiment_without_a_design_or_a_switch_is_refused(tmp_path) -> None
     unswitched = read(tmp_path, head + rest[rest.index("grid:") :])
     with pytest.raises(UsageError, match="varies no switch"):
         sweep_of(unswitched, results_of(unswitched, lambda _: True))
+
+
+def test_a_sweep_with_a_switch_has_a_page_of_its_own(experiment, tmp_path) -> None:
+    made = sweep_page([experiment], ["seeds=2"])
+    assert made is not None
+    assert [each.kind for each in made.sections] == ["sensitivity"]
+    assert made.options == ("--set", "seeds=2")
+    assert sweep_page([experiment, experiment]) is None
+    head, _, rest = SWEEP.partition("zip:")
+    assert sweep_page([read(tmp_path, head + rest[rest.index("grid:") :])]) is None
+    assert sweep_page([load_experiment("eros_quick")]) is None
