@@ -75,12 +75,15 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_surface_and_gait_of_the_guide_walk_and_are_reported(field: Path) -> None:
+def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: Path) -> None:
     for command in commands(ROOT / "docs" / "adding.md"):
         done = gaitlab(*shlex.split(command)[1:], folder=field)
         assert done.returncode == 0, done.stderr
     page = (field / "reports" / "march" / "README.md").read_text()
     assert "our_field" in page or "our field" in page
+    page = (field / "reports" / "steady" / "README.md").read_text()
+    assert "### balance steady" in page
+    assert "From *plain* to *balance*" in page
 
 
 def test_the_robot_and_servo_of_the_guide_are_what_is_walked(field: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from gaitlab.balancing import Balance
 from gaitlab.experiment import Experiment
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
@@ -99,18 +100,28 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part
         names = trial.names
         of = f" of {names.robot}" if experiments[0].walkers else ""
         yield Part(title=f"gait {names.gait}{of}", path="gait", value=trial.gait, varied=varied)
-        if trial.balance is not None:
-            title = f"balance {names.balance}{of}"
-            yield Part(title=title, path="balance", value=trial.balance, varied=varied)
         yield Part(title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied)
         for name, servo in _servos(trial).items():
             notes = file_notes("servo", name, experiments[0].path.parent)
             title = f"servo {name}{of}"
             yield Part(title=title, path="servo", value=servo, varied=varied, notes=notes)
+    yield from _balance_parts(experiments, varied)
     yield from _ground_parts(experiments, varied)
     trial = base_trial(experiments[0])
     for path in ("horizon", "spread", "engine"):
         yield Part(title=path, path=path, value=getattr(trial, path), varied=varied)
+
+
+def _balance_parts(experiments: Sequence[Experiment], varied: frozenset[str]) -> Iterator[Part]:
+    """Every balance controller, once; the first trial of a page may well have none."""
+    found: dict[tuple[str, Balance], str] = {}
+    for experiment in experiments:
+        for parts in experiment.walkers.values() or [experiment.parts]:
+            if parts.balance is not None:
+                found.setdefault((parts.balance_name, parts.balance), experiment.name)
+    for (name, balance), first in found.items():
+        title = f"balance {name} of {first}" if len(found) > 1 else f"balance {name}"
+        yield Part(title=title, path="balance", value=balance, varied=varied)
 
 
 def _ground_parts(experiments: Sequence[Experiment], varied: frozenset[str]) -> Iterator[Part]:
