@@ -42,7 +42,7 @@ OWNERS = {
     "typer": {"cli"},
     "rich": {"cli"},
     "numba": {"surfaces", "servos", "replay"},
-    "matplotlib": {"report", "picture", "replay"},
+    "matplotlib": {"report", "picture", "replay", "reproduction"},
     "PIL": {"replay"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
