@@ -80,6 +80,16 @@ def test_a_grid_resists_pitching_as_its_number_of_supports_says(name: str, along
 
 
 @pytest.mark.parametrize("name", PEDESTALS)
+def test_the_vertical_scale_is_the_stiffness_of_the_blades(name: str) -> None:
+    ground = surface(name)
+    stiffer = surface(name, modulus=1.7 * ground.modulus).law()
+    scaled = surface(name, vertical_scale=1.7).law()
+    gaps = np.linspace(0.1, 1.0, 20) * ground.height
+    np.testing.assert_allclose(scaled.pressure(gaps), stiffer.pressure(gaps), rtol=1e-12)
+    np.testing.assert_allclose(scaled.energy(gaps), stiffer.energy(gaps), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", PEDESTALS)
 def test_blade_friction_holds_the_sole_within_its_band_about_the_law(name: str) -> None:
     ground, load = surface(name), 34.0
     with Bench(ground, Sled(mass=2 * load / GRAVITY), gap=ground.height) as bench:
