@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import isnan, radians
 from pathlib import Path
 
@@ -288,6 +289,12 @@ def test_no_more_is_said_of_toes_than_the_interval_carries(
     low: float, high: float, claim: str
 ) -> None:
     assert claim in toes(contrast(low, high))
+
+
+def test_toes_that_are_always_alike_tell_nothing() -> None:
+    same = contrast(0.0, 0.0)["toe_first"]
+    flat = replace(same, first=np.zeros(5), second=np.zeros(5))
+    assert "cannot be told" in toes({"toe_first": flat})
 
 
 def test_only_clear_differences_are_named() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,14 +16,14 @@ from tests.report.builder import results_of, trial
 from tests.synthetic import fall, sine, walk
 
 HIGH, LOW = "grass_50mm", "carpet_4mm"
-SEEDS = 8
+SEEDS = 10
 BEHIND = -0.03  # m, ZMP of the walks that fall
 
 
 def made_log(heel: str, surface: str, seed: int) -> TrialLog:
-    """Plain walks on high grass fall backward but for three seeds, all others stay up."""
+    """Plain walks on high grass fall backward but for five seeds, all others stay up."""
     zmp, height = 0.001 * seed, 0.25  # m
-    if heel == "none" and surface == HIGH and seed < SEEDS - 3:
+    if heel == "none" and surface == HIGH and seed < SEEDS - 5:
         return fall(
             "backward", at=3.0 + 0.1 * seed, zmp_x=BEHIND + zmp, roll=sine(0.02), com_z=height
         )
@@ -58,13 +59,21 @@ def test_a_ground_says_how_its_walks_fall_and_what_differs(
     made: tuple[Results, Store], tmp_path: Path
 ) -> None:
     text = text_of(*made, tmp_path)
-    assert "On **grass 50 mm** *plain* falls in 5 of 8 walks: 5 backward" in text
-    assert "On **carpet 4 mm** *plain* never falls in 8 walks." in text
+    assert "On **grass 50 mm** *plain* falls in 5 of 10 walks: 5 backward" in text
+    assert "On **carpet 4 mm** *plain* never falls in 10 walks." in text
     assert "first fore-aft in 5, sideways in 0" in text
     assert "Against the same step and seed on carpet 4 mm (5 pairs)" in text
     assert "Against walks of the same cells that stayed up (1 cell)" in text
     assert "-30.0 [-30.0, -30.0]" in text  # mm, the same seed less BEHIND
     assert "nan" not in text
+
+
+def test_with_too_few_walks_nothing_is_compared(
+    made: tuple[Results, Store], tmp_path: Path
+) -> None:
+    results, store = made
+    few = replace(results, trials=results.trials[results.trials["seed"] < 7])
+    assert "Too few to compare" in text_of(few, store, tmp_path)
 
 
 def test_the_firmer_ground_has_fewer_falls(made: tuple[Results, Store], tmp_path: Path) -> None:

@@ -161,12 +161,12 @@ def toes(found: Contrasts) -> str:
     """
     contrast = found["toe_first"]
     if not contrast.groups:
-        return "Whether toes catch cannot be told: too few of its cells have falls and none."
+        return "Whether toes catch cannot be told: in too few of its cells do some fall and others not."
     first, second = (percent(100.0 * float(np.mean(s))) for s in (contrast.first, contrast.second))
     shares = f"Toes land first in {first} of landings against {second} ({gap_text(contrast)})"
     if not contrast.clear:
         most = 100.0 * contrast.interval.high
-        if most > SMALL:
+        if most > SMALL or not contrast.scatters:
             return f"{shares}: whether toes catch cannot be told."
         return f"{shares}: at most {most:.0f} points more, so the toe is not what catches."
     if contrast.difference > 0.0:

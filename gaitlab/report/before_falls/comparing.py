@@ -23,6 +23,7 @@ from gaitlab.statistics import (
 
 CONFIDENCE = 0.99  # of one interval; a page shows hundreds of them
 LEAST = 3  # walks on either side of a cell; fewer have hardly a scatter
+ENOUGH = 5  # walks on either side of all cells; the interval is a normal one
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,6 +50,11 @@ class Contrast:
     def clear(self) -> bool:
         """Whether the interval leaves zero out."""
         return bool(self.groups) and not self.interval.low <= 0.0 <= self.interval.high
+
+    @property
+    def scatters(self) -> bool:
+        """Whether the values differ at all; an interval of equal ones has no width to trust."""
+        return bool(np.ptp(np.concatenate([self.first, self.second])) > 0.0)
 
     @property
     def size(self) -> float:
@@ -145,6 +151,8 @@ def _stratified(name: str, values: pd.DataFrame) -> Contrast:
         sides = [group.loc[group["side"] == side, name].to_numpy(float) for side in (0, 1)]
         if min(len(side) for side in sides) >= LEAST:
             strata.append((sides[0], sides[1]))
+    if any(sum(len(pair[side]) for pair in strata) < ENOUGH for side in (0, 1)):
+        strata = []
     first, second = (
         np.concatenate([pair[side] for pair in strata]) if strata else np.zeros(0)
         for side in (0, 1)

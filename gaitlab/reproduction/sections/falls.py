@@ -17,6 +17,7 @@ from gaitlab.report.before_falls.accounts import (
     toes,
     what_differs,
 )
+from gaitlab.report.before_falls.comparing import ENOUGH, LEAST
 from gaitlab.report.before_falls.firmness import (
     Firmness,
     firmness,
@@ -60,6 +61,11 @@ GROWTH = """\
 Medians [quartiles] are of the falls. *First* is the axis in which the trunk first left what it did
 in the cycle before. Growth and drift are fitted over the full cycles that were walked; falls
 before the third full cycle have none."""
+
+
+TOO_FEW = f"""\
+Too few to compare: no ground has {ENOUGH} falls and {ENOUGH} walks that stayed up, {LEAST} of
+either in a cell."""
 
 
 def falls_section(section: Section, context: Context) -> str:
@@ -191,7 +197,7 @@ def _cell_block(scene: Scene) -> str:
     head = "### What differs from walks of the same cell that stayed up"
     note = f"Falls of *{escape(scene.base)}* less walks of the same ground and step."
     found = _compared(head, note, scene.by_cell, ("fell", "stayed up"), "cell")
-    return found or f"{head}\n\nNo cell has three walks that fell and three that stayed up."
+    return found or f"{head}\n\n{TOO_FEW}"
 
 
 def _variant_block(scene: Scene, variant: Variant) -> str:
