@@ -161,7 +161,7 @@ def toes(found: Contrasts) -> str:
     """
     contrast = found["toe_first"]
     if not contrast.groups:
-        return "Whether toes catch cannot be told: in too few of its cells do some fall and others not."
+        return "Whether toes catch cannot be told: too few walks fall beside others that stay up."
     first, second = (percent(100.0 * float(np.mean(s))) for s in (contrast.first, contrast.second))
     shares = f"Toes land first in {first} of landings against {second} ({gap_text(contrast)})"
     if not contrast.clear:
