@@ -99,13 +99,19 @@ def simulated(before: Answer, after: Answer, runs: Matched) -> Simulated:
     )
     return Simulated(
         without=mean_percent(first),
-        without_interval=interval_of(efficiency_draws(first)),
+        without_interval=_interval(efficiency_draws(first)),
         with_=mean_percent(second),
-        with_interval=interval_of(efficiency_draws(second, stream=1)),
+        with_interval=_interval(efficiency_draws(second, stream=1)),
         gain=mean_percent(second) - mean_percent(first),
-        gain_interval=interval_of(draws),
+        gain_interval=_interval(draws),
         paired=paired,
     )
+
+
+def _interval(draws: np.ndarray) -> Interval:
+    """Interval of draws, to a millionth: half a percent is rounded like the mean beside it."""
+    low, high = interval_of(draws)
+    return Interval(round(low, 6), round(high, 6))
 
 
 def gain_draws(runs: Matched) -> np.ndarray:

@@ -41,8 +41,8 @@ OPTIONS = (
 )
 LEGEND = """\
 Each cell: what the paper prints (S stable, U unstable), what the simulation finds, and how many of
-its seeds stayed up. **`≠` in bold where the two differ**; `†` marks a cell that constants were
-chosen on, all others are predicted."""
+its seeds stayed up; with at least half of them it is stable. **`≠` in bold where the two differ**;
+`†` marks a cell that constants were chosen on, all others are predicted."""
 GUESSES = """\
 *Always S* says stable of every cell. *Best constant* says of each ground and table whichever
 verdict the paper prints there more often: it is chosen with the answer in hand, so a prediction
@@ -57,9 +57,9 @@ states for Table 7 do not fit its own; the backward rows therefore say little ab
 and the forward rows are counted apart."""
 LIMITS = "Longest printed distance up to which every forward row is stable."
 CLAIMS = """\
-The text states 32 → 80 %; counting the printed cells gives 50 → 80 %. With the stable backward rows
-that the stated percentages imply for Table 7 (0, 0, 0 and 2) the same counting gives 32.5 %, so its
-backward block was probably printed twice."""
+The text states 32 → 80 %; counting the printed cells gives 50 → 80 %. With 0, 0, 0 and 2 stable
+backward rows in Table 7 the same counting gives the pedestals' stated 10, 10, 30 and 80 %, which
+suggests that its backward block was printed from Table 8; nothing in the paper proves it."""
 
 
 def tables_section(section: Section, context: Context) -> str:
