@@ -9,10 +9,10 @@ limit:
     swing hip    = -step                       swings the foot to where the robot falls
     swing ankle  = -swing_level (e + swing hip)      keeps the sole as level as the gait means it
 
-The three strategies are those of people who are pushed [Horak1986] and of small robots: turning
-ankles and hips against the rates of a gyroscope is how [Ha2011] steadies an open-loop gait, and
-[Faber2007] does it in proportion to the rate. What is said here of angles, of weighting by the
-gait's clock and of the swing foot is our own. A gain of zero switches a strategy off.
+The three strategies are those of people who are pushed [Horak1986]. Small robots know them too: the
+walk of [DARwIn-OP] turns hip roll, knees and both ankle joints in proportion to the rates of a
+gyroscope. Angles, the weighting by the gait's clock and the swing foot are our own. A gain of zero
+switches a strategy off.
 
 A robot without sensors in its feet knows them to be on the ground only by its gait. So each leg is
 weighted by the share of time around an instant in which the gait means it to stand.
@@ -20,15 +20,12 @@ weighted by the share of time around an instant in which the gait means it to st
 References:
     Horak1986: Horak and Nashner, Central programming of postural movements: adaptation to altered
         support-surface configurations, Journal of Neurophysiology 55(6), 1986.
-    Faber2007: Faber and Behnke, Stochastic optimization of bipedal walking using gyro feedback and
-        phase resetting, IEEE-RAS International Conference on Humanoid Robots, 2007.
-    Ha2011: Ha, Tamura, Asama, Han and Hong, Development of open humanoid platform DARwIn-OP, SICE
-        Annual Conference, 2011; its walking code turns ankles, hips and knees against the rates.
+    DARwIn-OP: ROBOTIS, DARwIn-OP Framework, Walking.cpp, the part headed "adjust balance offset".
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import exp
 from typing import NamedTuple
@@ -147,43 +144,42 @@ class AnkleHip:
 
     def __init__(self, gains: Balance, feet: FeetPoses, dt: float) -> None:
         """A controller that has felt nothing yet; see `Balance.controller`."""
-        self._gains = gains
+        self._level = gains.swing_level
+        self._most = gains.hip_limit, gains.ankle_limit
         self._axes = (_strategies(gains, "pitch"), _strategies(gains, "roll"))
         self._lean = feet.trunk_pitch.tolist()
         self._stance = stance_weights(feet.swing, round(gains.blend_time / dt)).tolist()
         ratio = gains.imu.every(dt) * dt / gains.filter_time if gains.filter_time else np.inf
         self._new = 1.0 - exp(-ratio)
-        self._felt: Attitude | None = None
+        self._error: Attitude | None = None
 
     def correction(self, tick: int, felt: Attitude) -> Sequence[float]:
         """Corrections in the order of `JOINTS`, in [rad]."""
-        error = felt._replace(pitch=felt.pitch - self._lean[tick])
-        before, new = self._felt or error, self._new
-        smooth = Attitude(
-            *(old + new * (now - old) for old, now in zip(before, error, strict=True))
-        )
-        self._felt = smooth
-        stance = self._stance[tick]
-        pitch = self._axis(self._axes[0], smooth.pitch, smooth.pitch_rate, stance)
-        return pitch + self._axis(self._axes[1], smooth.roll, smooth.roll_rate, stance)
+        error = self._smooth(felt._replace(pitch=felt.pitch - self._lean[tick]))
+        stance, (pitch, roll) = self._stance[tick], self._axes
+        return [
+            *self._turned(pitch, error.pitch, error.pitch_rate, stance),
+            *self._turned(roll, error.roll, error.roll_rate, stance),
+        ]
 
-    def _axis(
+    def _smooth(self, error: Attitude) -> Attitude:
+        """The error behind the low-pass filter, which starts at the first one."""
+        before = self._error or error
+        parts = zip(before, error, strict=True)
+        self._error = Attitude(*(old + self._new * (now - old) for old, now in parts))
+        return self._error
+
+    def _turned(
         self, wanted: Strategies, error: float, rate: float, stance: Sequence[float]
-    ) -> list[float]:
+    ) -> Iterator[float]:
         """Hip and ankle of the left leg, then of the right one, about one axis."""
         (ka, da), (kh, dh), (ks, ds) = wanted
         ankle, hip, step = ka * error + da * rate, kh * error + dh * rate, ks * error + ds * rate
-        level, most_hip, most_ankle = (
-            self._gains.swing_level,
-            self._gains.hip_limit,
-            self._gains.ankle_limit,
-        )
-        corrections = []
         for share in stance:
-            turn = _within(share * hip - (1.0 - share) * step, most_hip)
-            sole = share * ankle - (1.0 - share) * level * (error + turn)
-            corrections += [turn, _within(sole, most_ankle)]
-        return corrections
+            turn = _within(share * hip - (1.0 - share) * step, self._most[0])
+            sole = share * ankle - (1.0 - share) * self._level * (error + turn)
+            yield turn
+            yield _within(sole, self._most[1])
 
 
 def _strategies(gains: Balance, axis: str) -> Strategies:
