@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from enum import Enum
 from functools import partial
 from pathlib import Path
@@ -136,20 +137,16 @@ def status(
     Example:
       gaitlab status eros_quick
     """
-    from gaitlab.experiment import load_experiment
-    from gaitlab.plugins import is_file_name
     from gaitlab.store import Store
 
     results = Store(store)
     index = _rebuilt(results) if rebuild else results.index()
     lists = results.experiments()
-    if experiment is not None and experiment not in lists and is_file_name(experiment):
-        with other_output_on_stderr():
-            experiment = load_experiment(experiment).name
-    if experiment is not None and experiment not in lists:
+    wanted = list(lists) if experiment is None else _asked(experiment, lists)
+    chosen = {name: lists[name] for name in wanted if name in lists}
+    if experiment is not None and not chosen:
         known = ", ".join(lists) or "none"
-        raise UnknownName(f"{store}: no experiment {experiment!r} was run here; there: {known}")
-    chosen = lists if experiment is None else {experiment: lists[experiment]}
+        raise UnknownName(f"{store}: no experiment {wanted[0]!r} was run here; there: {known}")
     head = ("experiment", "planned", "done", "infeasible", "failed", "left")
     say(columns(head, [_status_row(found, index) for found in chosen.values()]))
     if not store.is_dir():
@@ -177,6 +174,21 @@ def query(
 
     say(_formatted(Store(store).query(sql), form))
     return 0
+
+
+def _asked(experiment: str, lists: Mapping[str, TrialList]) -> list[str]:
+    """Names of what is asked for: of a file, or of every experiment of a reproduction."""
+    from gaitlab.experiment import is_reproduction, load_experiment
+    from gaitlab.plugins import is_file_name, names
+
+    if experiment in lists or not (is_file_name(experiment) or experiment in names("experiment")):
+        return [experiment]
+    with other_output_on_stderr():
+        if is_reproduction(experiment):
+            from gaitlab.reproduction import load_reproduction
+
+            return [member.name for member in load_reproduction(experiment).members]
+        return [load_experiment(experiment).name if is_file_name(experiment) else experiment]
 
 
 def _rebuilt(results: Store) -> Index:

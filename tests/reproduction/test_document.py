@@ -142,6 +142,6 @@ def test_every_kind_of_section_describes_its_options() -> None:
 def test_every_shipped_reproduction_is_right_in_both_forms() -> None:
     for name in filter(is_reproduction, names("experiment")):
         whole, short = load_reproduction(name), load_reproduction(name, quick=True)
-        assert whole.name == name
         assert whole.sections
+        assert short.name == f"{whole.name}_quick"
         assert len(short.members) == len(whole.members)

@@ -220,6 +220,15 @@ def test_show_lists_members_and_sections(gaitlab) -> None:
     assert "400" in text
 
 
+def test_status_counts_the_members_that_were_run(gaitlab) -> None:
+    gaitlab("run", *QUICK, "-j", "0")
+    lines = gaitlab("status", "tiny.yaml").out.splitlines()
+    assert [line.split()[:3] for line in lines[1:]] == [
+        ["eros_table7", "2", "2"],
+        ["eros_table8", "2", "2"],
+    ]
+
+
 def test_list_names_a_reproduction_as_one(gaitlab) -> None:
     Path("experiments").mkdir()
     Path("experiments/anew.yaml").write_text(WHOLE.replace("name: tiny", "name: anew"))
