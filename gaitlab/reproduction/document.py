@@ -294,8 +294,5 @@ def _option(item: Parameter, node: Node) -> tuple[Value]:
 def _wrong_name(root: Node, name: str) -> list[Problem]:
     if NAME.fullmatch(name):
         return []
-    message = (
-        f"name: found {name[:60]!r}; it names a folder, so letters, digits and _ . - are allowed, "
-        "at most 100, the first a letter or a digit"
-    )
+    message = f"name: found {name[:60]!r}; it names a folder: letters, digits and _ . - are allowed"
     return [root.mapping.get("name", root).problem(message)]
