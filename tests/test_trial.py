@@ -14,12 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab import trial as trial_module
+from gaitlab.canonical import canonical, canonical_json, instance, values
 from gaitlab.errors import UnknownName, WrongValue
 from gaitlab.parameters import Parameter, get_path, parameter_table, set_path
 from gaitlab.plugins import load_class
 from gaitlab.servos.files import load_servo
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Names, Trial, canonical, instance, plugin, values
+from gaitlab.trial import Names, Trial, plugin
 from tests.trials import trial as shipped_trial
 from tests.written import GAIT
 
@@ -63,7 +64,7 @@ def spelt_out(trial: Trial) -> str:
         "physics_version": data["physics_version"],
         "surface_type": data["surface"]["type"],
     }
-    return hashlib.sha256(trial_module.canonical_json(parts).encode()).hexdigest()[:32]
+    return hashlib.sha256(canonical_json(parts).encode()).hexdigest()[:32]
 
 
 @pytest.mark.parametrize("surface", ["grass_50mm", "carpet_4mm", "hard_floor", "webots_grass"])

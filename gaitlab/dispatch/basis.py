@@ -6,9 +6,9 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 
 import gaitlab.trial
+from gaitlab.canonical import canonical_json, values
 from gaitlab.experiment import Experiment, Parts
 from gaitlab.store import Listed, TrialList
-from gaitlab.trial import canonical_json, values
 
 DIGEST_LENGTH = 16  # hex digits; only ever compared with the digest of the same part
 _SURFACE = "surface "  # start of a ground's name among the parts

@@ -6,11 +6,11 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 
+from gaitlab.canonical import canonical_json, values
 from gaitlab.experiment.axes import Axis
 from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
-from gaitlab.trial import canonical_json, values
 
 DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
 

@@ -11,6 +11,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from gaitlab.canonical import canonical_json
 from gaitlab.experiment import Axis, Experiment, Value
 from gaitlab.plan import plan
 from gaitlab.plugins import names
@@ -20,7 +21,6 @@ from gaitlab.study import Candidate, History
 from gaitlab.study.finals import final_seeds
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import canonical_json
 
 FIRST_FRESH = 1_000_000  # seeds from here on are kept for checking
 FRESH_SEEDS = 10  # of a check, or as many as the study itself uses

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
+from gaitlab.canonical import canonical_json
 from gaitlab.errors import StoreError, Undecided
 from gaitlab.store import Scalar
-from gaitlab.trial import canonical_json
 
 FORMAT = 1  # of the file; raise it when an older gaitlab would misread a newer file
 # What the gate tests: falls count in the first, the others are of walks that went on.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import ceil, inf, isclose
 from typing import Literal, TypeAlias
 
+from gaitlab.canonical import canonical_json
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
 from gaitlab.plan import plan
@@ -15,7 +16,7 @@ from gaitlab.regression.matching import Matched, matched
 from gaitlab.regression.quantities import Quantity, least_drop, test_count, tested
 from gaitlab.statistics import Count
 from gaitlab.store import listed
-from gaitlab.trial import PHYSICS_VERSION, canonical_json
+from gaitlab.trial import PHYSICS_VERSION
 
 WORSE = 5  # exit code
 COARSEST = 0.5  # drop of the stable share; a gate that misses a larger one is none

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 
+from gaitlab.canonical import values
 from gaitlab.errors import NothingRun, UsageError
 from gaitlab.experiment import NO_BALANCE, Experiment
 from gaitlab.plan import plan
@@ -16,7 +17,7 @@ from gaitlab.report.variants import Value, Variant, find_variants, free_paths
 from gaitlab.report.walks import STEP, SWAY
 from gaitlab.report.words import plural
 from gaitlab.store import Store
-from gaitlab.trial import Trial, values
+from gaitlab.trial import Trial
 
 MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
 EXPERIMENT = "experiment"  # column of the trials; a variant where nothing else differs

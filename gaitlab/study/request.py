@@ -6,9 +6,9 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 
+from gaitlab.canonical import canonical_json
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.study import Aggregate, Choices, Constraint, Numbers, Objective, Study
-from gaitlab.trial import canonical_json
 
 SHORT = 16  # hex digits of a digest
 

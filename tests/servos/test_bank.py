@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitlab.canonical import values
 from gaitlab.servos import Servo
 from gaitlab.servos.bank import ServoBank, unequally_late
 from gaitlab.servos.files import load_servo
 from gaitlab.settings import Spread
-from gaitlab.trial import values
 
 AX_12 = replace(load_servo("ax_12"), latency=40)
 
