@@ -18,6 +18,7 @@ from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
 MOST_SUPPORTS = 12  # along or across; each one is a contact that the engine solves
+SUPPORT_RADIUS = 0.004  # m, sphere at each support point; only its lowest point touches
 _GRID = "assumption: a few points stand for a plate; the more, the nearer to uniform pressure"
 
 

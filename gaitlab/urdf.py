@@ -13,8 +13,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from gaitlab.body import GANTRY_PITCH, SUPPORT_RADIUS, Box, Joint, Link, Tree
-from gaitlab.soles import Sole
+from gaitlab.body import GANTRY_PITCH, Box, Joint, Link, Tree
+from gaitlab.soles import SUPPORT_RADIUS, Sole
 
 # A URDF must state both. The servo's law bounds torque and speed, so these bind no servo it knows.
 EFFORT = 1000.0  # N m

@@ -7,13 +7,14 @@ import pybullet
 import pytest
 from pybullet_utils.bullet_client import BulletClient
 
-from gaitlab.body import SUPPORT_RADIUS, LinkPoses
+from gaitlab.body import LinkPoses
 from gaitlab.body import Robot as AnyRobot
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.parameters import set_path
 from gaitlab.robots.bioloid import Robot as Bioloid
 from gaitlab.robots.eros import Robot
 from gaitlab.robots.nao import Robot as Nao
+from gaitlab.soles import SUPPORT_RADIUS
 from gaitlab.urdf import box_inertia, urdf
 
 POSITION = 1e-6  # m, Bullet's joint angles are exact, its poses nearly so

@@ -15,18 +15,11 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from gaitlab.body import (
-    GANTRY_PITCH,
-    SUPPORT_RADIUS,
-    Joint,
-    Link,
-    Robot,
-    couplings_of,
-    gantry_of,
-)
+from gaitlab.body import GANTRY_PITCH, Joint, Link, Robot, couplings_of, gantry_of
 from gaitlab.log import GRAVITY
 from gaitlab.picture.robot import link_colour
 from gaitlab.picture.scene import channels
+from gaitlab.soles import SUPPORT_RADIUS
 from gaitlab.urdf import box_inertia
 
 _AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1", "-x": "-1 0 0", "-y": "0 -1 0", "-z": "0 0 -1"}

@@ -1,0 +1,26 @@
+"""A robot as a tree of rigid links with soles, and the limits of its joints."""
+
+from gaitlab.body.limits import ROUNDING, both_legs, require_limits
+from gaitlab.body.links import Axis, Box, Coupling, Joint, Link, Part, limb
+from gaitlab.body.robot import GANTRY_PITCH, Gantry, Robot, couplings_of, gantry_of
+from gaitlab.body.tree import LinkPoses, Tree
+
+__all__ = [
+    "GANTRY_PITCH",
+    "ROUNDING",
+    "Axis",
+    "Box",
+    "Coupling",
+    "Gantry",
+    "Joint",
+    "Link",
+    "LinkPoses",
+    "Part",
+    "Robot",
+    "Tree",
+    "both_legs",
+    "couplings_of",
+    "gantry_of",
+    "limb",
+    "require_limits",
+]

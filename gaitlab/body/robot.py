@@ -1,0 +1,64 @@
+"""What gaitlab asks of a robot, and what a robot may have beside that."""
+
+from __future__ import annotations
+
+from typing import Literal, Protocol
+
+import numpy as np
+
+from gaitlab.body.links import Coupling
+from gaitlab.body.tree import Tree
+from gaitlab.motion import FeetPoses
+from gaitlab.soles import Sole
+
+Gantry = Literal["none", "planar", "level"]
+GANTRY_PITCH = "gantry_pitch"  # what the joint is called that lets the trunk pitch or holds it
+
+
+class Robot(Protocol):
+    """A robot: a frozen dataclass called `Robot` in a file of its own in `gaitlab/robots`.
+
+    It may have two more members. `couplings`, a tuple of `Coupling`, ties joints together; a joint
+    that only follows has no servo. `gantry` is a rig that helps the robot to stand: `planar` holds
+    it against lateral motion, roll and yaw, `level` against pitch too, and the log then carries
+    the rig's joint `gantry_pitch`, whose torque is the balancing moment that the rig supplied.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+
+    @property
+    def feet(self) -> tuple[str, str]:
+        """Names of the left and the right foot link."""
+
+    @property
+    def tree(self) -> Tree:
+        """Links in file order, the trunk first."""
+
+    @property
+    def sole(self) -> Sole:
+        """The sole of the left foot; the right one mirrors it."""
+
+    def joint_targets(self, feet: FeetPoses) -> np.ndarray:
+        """Joint positions that put the feet there, in [rad]. Shape (n, joints in tree's order).
+
+        Raises:
+            Infeasible: If a target is out of reach or beyond a joint limit; names the limb, the
+                first such index, what was found and what is allowed.
+        """
+
+    def hip_offset(self) -> float:
+        """Height of the trunk link frame over the hip axes, in [m]."""
+
+
+def couplings_of(robot: Robot) -> tuple[Coupling, ...]:
+    """Gears and belts of a robot; most have none."""
+    couplings: tuple[Coupling, ...] = getattr(robot, "couplings", ())
+    return couplings
+
+
+def gantry_of(robot: Robot) -> Gantry:
+    """Rig that helps a robot to stand; `none` for a robot on its own."""
+    gantry: Gantry = getattr(robot, "gantry", "none")
+    return gantry
