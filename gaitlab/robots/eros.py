@@ -18,7 +18,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Box, Link, Part, Tree, limb, require_limits
+from gaitlab.body import Box, Link, Part, Tree, both_legs, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.arm import ArmGeometry
 from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
@@ -183,14 +183,7 @@ class Robot:
         Raises:
             Infeasible: If a sole is out of reach or a leg joint beyond its limit.
         """
-        legs, problems = [], []
-        for index, side in enumerate(SIDES):
-            try:
-                legs.append(self._leg_targets(feet, index, side))
-            except Infeasible as problem:
-                problems.append(problem)
-        if problems:
-            raise min(problems, key=lambda problem: problem.tick)
+        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
         held = np.tile(self.posture.joints(), (len(feet.position), 1))
         return np.concatenate([*legs, held], axis=1)
 

@@ -24,8 +24,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Axis, Box, Coupling, Link, Part, Tree, limb, require_limits
-from gaitlab.errors import Infeasible
+from gaitlab.body import Axis, Box, Coupling, Link, Part, Tree, both_legs, limb, require_limits
 from gaitlab.kinematics.dh_arm import DhArm
 from gaitlab.kinematics.dh_head import DhHead
 from gaitlab.kinematics.flow_geometry import FlowArm, FlowLeg, FlowTorso, metres
@@ -187,14 +186,7 @@ class Robot:
                 pitch against the pelvis, which parallelograms do not allow.
         """
         require_parallel(feet)
-        legs, problems = [], []
-        for index, side in enumerate(SIDES):
-            try:
-                legs.append(self._leg_targets(feet, index, side))
-            except Infeasible as problem:
-                problems.append(problem)
-        if problems:
-            raise min(problems, key=lambda problem: problem.tick)
+        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
         held = np.tile(self._held(), (len(feet.position), 1))
         return np.concatenate([*legs, held], axis=1)
 

@@ -21,7 +21,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Axis, Box, Joint, Link, Tree, require_limits
+from gaitlab.body import Axis, Box, Joint, Link, Tree, both_legs, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.slanted_leg import SlantedLeg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
@@ -157,14 +157,7 @@ class Robot:
             Infeasible: If a sole is out of reach, a leg joint beyond its limit, or the hips would
                 have to turn by two different angles.
         """
-        legs, problems = [], []
-        for index, side in enumerate(SIDES):
-            try:
-                legs.append(self._leg_targets(feet, index, side))
-            except Infeasible as problem:
-                problems.append(problem)
-        if problems:
-            raise min(problems, key=lambda problem: problem.tick)
+        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
         _require_coupled(legs[0][:, 0], legs[1][:, 0])
         held = self.posture.joints()
         others = [held.get(joint.name, 0.0) for joint in self.tree.joints[12:]]
