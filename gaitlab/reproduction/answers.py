@@ -9,20 +9,27 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 from gaitlab.errors import WrongValue
 from gaitlab.plugins import suggestion
-from gaitlab.report.cells import DIRECTIONS, STEP, Compared, compared
-from gaitlab.report.reference import TABLES, Place, Published, published
+from gaitlab.report.cells import DIRECTIONS, STEP, compared
+from gaitlab.report.reference import (
+    OPTIMISATION,
+    TABLES,
+    Place,
+    Published,
+    published,
+    table_of_optimisation,
+)
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Variant
 from gaitlab.reproduction.section import Value
 from gaitlab.statistics import Count
 
-Calibrated = Mapping[str, Value]  # by name of the table: {direction: ..., surfaces: [...]}
-KEYS = ("direction", "surfaces")  # of the cells that a constant was chosen on
+Calibrated = Mapping[str, Value]  # by name of the table: {direction: ..., ...}, or a list of them
+KEYS = ("direction", "surfaces", "distances")  # of the cells that a constant was chosen on
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,12 +76,24 @@ class Judged(NamedTuple):
 def answers(results: Mapping[str, Results], experiments: Iterable[str]) -> list[Answer]:
     """Every variant that answers to a printed table, Table 7 before Table 8."""
     found = [
-        Answer(table=published(variant.compare), experiment=name, results=each, variant=variant)
+        Answer(table=published(table), experiment=name, results=each, variant=variant)
         for name, each in ((name, results[name]) for name in experiments)
         for variant in each.variants
-        if variant.compare is not None
+        if (table := table_of(variant)) is not None
     ]
     return sorted(found, key=lambda answer: answer.table.name)
+
+
+def table_of(variant: Variant) -> str | None:
+    """Printed table that a variant answers to, None for none.
+
+    That of `report.compare`; without it a variant with both halves of the optimisation answers to
+    Table 8 and one that switches both off to Table 7.
+    """
+    if variant.compare is not None:
+        return variant.compare
+    varied = all(path in variant.values for path in OPTIMISATION)
+    return table_of_optimisation(variant.values) if varied else None
 
 
 def forward_only(answer: Answer) -> Answer:
@@ -88,54 +107,59 @@ def forward_only(answer: Answer) -> Answer:
 
 def judged(answer: Answer, calibrated: Calibrated) -> list[Judged]:
     """Cells that are scored here and printed there, in the order of the rows."""
-    chosen = _chosen(calibrated.get(answer.table.name))
+    blocks = _blocks(calibrated.get(answer.table.name))
+    variant = replace(answer.variant, compare=answer.table.name)
     return [
-        Judged(answer.table.name, pair.place, pair.ours, pair.printed, chosen(pair))
-        for pair in compared(answer.results, answer.variant)
-    ]
-
-
-class _Chosen(NamedTuple):
-    """Cells of a table that a constant was chosen on."""
-
-    direction: str | None
-    surfaces: tuple[str, ...] | None
-    none: bool = False
-
-    def __call__(self, pair: Compared) -> bool:
-        return (
-            not self.none
-            and self.direction in (None, pair.place.direction)
-            and (self.surfaces is None or pair.place.surface in self.surfaces)
+        Judged(
+            answer.table.name, pair.place, pair.ours, pair.printed,
+            any(_within(pair.place, block) for block in blocks),
         )
+        for pair in compared(answer.results, variant)
+    ]  # fmt: skip
 
 
-def _chosen(value: Value) -> _Chosen:
-    if not isinstance(value, Mapping):
-        return _Chosen(None, None, none=True)
-    surfaces = value.get("surfaces")
-    direction = value.get("direction")
-    return _Chosen(
-        direction=None if direction is None else str(direction),
-        surfaces=cast("tuple[str, ...]", surfaces) if isinstance(surfaces, tuple) else None,
+def _blocks(value: Value) -> list[Mapping[str, Value]]:
+    """Blocks of cells of a table that constants were chosen on."""
+    found = value if isinstance(value, tuple) else (value,)
+    return [block for block in found if isinstance(block, Mapping)]
+
+
+def _within(place: Place, block: Mapping[str, Value]) -> bool:
+    """Whether a cell lies in a block; what a block leaves out is all of it."""
+    return (
+        block.get("direction") in (None, place.direction)
+        and _listed(place.surface, block.get("surfaces"))
+        and _listed(place.distance, block.get("distances"))
     )
 
 
+def _listed(value: str | int, wanted: Value) -> bool:
+    return wanted is None or value in (wanted if isinstance(wanted, tuple) else (wanted,))
+
+
 def require_known(calibrated: Calibrated) -> None:
-    """Refuse a table, key or direction that nothing is called by.
+    """Refuse a table, key, direction, ground or distance that nothing is called by.
 
     Raises:
         WrongValue: At the first of them; names what is known.
     """
     for table, cells in calibrated.items():
         _require("calibrated", table, sorted(TABLES))
-        for key, value in cells.items() if isinstance(cells, Mapping) else ():
-            _require(f"calibrated: {table}", key, KEYS)
-            if key == "direction":
-                _require(f"calibrated: {table}: direction", str(value), DIRECTIONS)
-            for surface in value if isinstance(value, tuple) else ():
-                known = sorted(published(table).stated)
-                _require(f"calibrated: {table}: surfaces", str(surface), known)
+        for block in _blocks(cells):
+            _require_block(f"calibrated: {table}", table, block)
+
+
+def _require_block(where: str, table: str, block: Mapping[str, Value]) -> None:
+    distances = sorted({place.distance for place in published(table).cells})
+    known: Mapping[str, Sequence[str]] = {
+        "direction": DIRECTIONS,
+        "surfaces": sorted(published(table).stated),
+        "distances": [str(distance) for distance in distances],
+    }
+    for key, value in block.items():
+        _require(where, key, KEYS)
+        for item in value if isinstance(value, tuple) else (value,):
+            _require(f"{where}: {key}", str(item), known[key])
 
 
 def _require(where: str, found: str, known: Sequence[str]) -> None:

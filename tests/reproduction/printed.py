@@ -36,9 +36,11 @@ def printed_trials(outcome: Outcome = as_printed, seeds: int = 4) -> list[dict[s
     return trials
 
 
-def printed_results(outcome: Outcome = as_printed, seeds: int = 4) -> Results:
-    """Results of these trials."""
-    return results_of(printed_trials(outcome, seeds))
+def printed_results(
+    outcome: Outcome = as_printed, seeds: int = 4, *, compare: bool = True
+) -> Results:
+    """Results of these trials; without `compare` of an experiment that names no table."""
+    return results_of(printed_trials(outcome, seeds), compare=compare)
 
 
 def context(results: Mapping[str, Results], folder: Path) -> Context:

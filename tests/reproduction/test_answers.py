@@ -74,6 +74,21 @@ def test_cells_count_as_calibrated_only_where_the_file_says_so() -> None:
     assert not any(cell.calibrated for cells in cells_of(calibrated={}) for cell in cells)
 
 
+def test_a_table_may_have_several_blocks_that_constants_were_chosen_on() -> None:
+    carpet = {"direction": "backward", "surfaces": "carpet_4mm", "distances": (8, 16)}
+    before, _ = cells_of(calibrated={"eros_table7": ({"direction": "forward"}, carpet)})
+    backward = [cell.place for cell in before if cell.calibrated and cell not in forward(before)]
+    assert backward == [("backward", 8, "carpet_4mm"), ("backward", 16, "carpet_4mm")]
+    assert sum(cell.calibrated for cell in before) == 30
+
+
+def test_variants_answer_by_their_halves_where_the_experiment_names_no_table() -> None:
+    silent = printed_results(compare=False)
+    found = answers({"a": silent}, ["a"])
+    assert [answer.table.name for answer in found] == ["eros_table7", "eros_table8"]
+    assert [agreement(judged(answer, {})) for answer in found] == [(40, 40), (40, 40)]
+
+
 @pytest.mark.parametrize(
     ("calibrated", "found"),
     [
@@ -81,6 +96,8 @@ def test_cells_count_as_calibrated_only_where_the_file_says_so() -> None:
         ({"eros_table7": {"rows": 3}}, "rows"),
         ({"eros_table7": {"direction": "sideways"}}, "sideways"),
         ({"eros_table7": {"surfaces": ("grass_5mm",)}}, "grass_5mm"),
+        ({"eros_table7": {"surfaces": "grass_5mm"}}, "grass_5mm"),
+        ({"eros_table7": ({"direction": "forward"}, {"distances": (5,)})}, "5"),
     ],
 )
 def test_an_unknown_name_in_calibrated_is_refused_with_the_known_ones(calibrated, found) -> None:

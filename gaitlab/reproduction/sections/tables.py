@@ -34,9 +34,10 @@ from gaitlab.statistics import Count
 OPTIONS = (
     option(
         "calibrated",
-        dict[str, dict[str, object]],
+        dict[str, dict[str, object] | tuple[dict[str, object], ...]],
         {},
-        "cells that constants were chosen on, {eros_table7: {direction: forward, surfaces: [...]}}",
+        "cells that constants were chosen on, {eros_table7: {direction: forward, surfaces: [...], "
+        "distances: [...]}}; a list where one block does not hold them all",
     ),
 )
 LEGEND = """\

@@ -29,7 +29,7 @@ from gaitlab.report.words import (
     surface_text,
     with_unit,
 )
-from gaitlab.reproduction.answers import Answer, agreement, judged
+from gaitlab.reproduction.answers import Answer, agreement, judged, table_of
 from gaitlab.reproduction.figures.share_dots import share_dots
 from gaitlab.reproduction.headline import count_text
 from gaitlab.reproduction.section import Context, Section, option
@@ -251,8 +251,7 @@ def _difference(contrast: Contrast, verdict: Verdict) -> str:
 
 def _agreement_table(found: _Compared) -> str:
     """Cells with the verdict of the printed table that a variant answers to."""
-    rows = [_agreement_row(one) for one in found.shown if one.variant.compare]
-    rows = [row for row in rows if row]
+    rows = [row for row in map(_agreement_row, found.shown) if row]
     if not rows:
         return ""
     head = ["cells as printed [95 %]", "table", "forward", "backward", "all"]
@@ -260,7 +259,10 @@ def _agreement_table(found: _Compared) -> str:
 
 
 def _agreement_row(one: Shown) -> list[str]:
-    printed = published(str(one.variant.compare))
+    """Empty for a variant that answers to no table or has none of its cells."""
+    if (name := table_of(one.variant)) is None:
+        return []
+    printed = published(name)
     answer = Answer(
         table=printed, experiment=one.experiment, results=one.results, variant=one.variant
     )
