@@ -8,7 +8,8 @@ from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import get_path, parameters, set_path
-from gaitlab.robots.bioloid import FRAMES, MIRRORED, SERVOS, Robot
+from gaitlab.robots._bioloid_links import FRAMES, SERVOS
+from gaitlab.robots.bioloid import MIRRORED, Robot
 from gaitlab.servos.files import load_servo
 
 ROBOT = Robot()
