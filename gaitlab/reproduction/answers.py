@@ -105,6 +105,25 @@ def forward_only(answer: Answer) -> Answer:
     return replace(answer, results=replace(results, trials=trials))
 
 
+def out_of_reach(found: Sequence[Answer]) -> set[tuple[object, str]]:
+    """Row and ground of the cells whose steps no leg reaches in one of the answers."""
+    return {
+        (row, str(ground))
+        for answer in found
+        for row in answer.results.row_values
+        for ground in answer.results.column_values
+        if not answer.results.cell(answer.variant, row, ground).feasible
+    }
+
+
+def without_cells(answer: Answer, left_out: set[tuple[object, str]]) -> Answer:
+    """The same without some cells, by row and ground."""
+    results = answer.results
+    places = zip(results.trials[results.rows], results.trials[results.columns], strict=True)
+    kept = [place not in left_out for place in places]
+    return replace(answer, results=replace(results, trials=results.trials[kept]))
+
+
 def judged(answer: Answer, calibrated: Calibrated) -> list[Judged]:
     """Cells that are scored here and printed there, in the order of the rows."""
     blocks = _blocks(calibrated.get(answer.table.name))

@@ -11,6 +11,7 @@ from gaitlab.reproduction.answers import (
     Calibrated,
     Judged,
     agreement,
+    always_stable,
     judged,
     untouched_grounds,
 )
@@ -20,16 +21,17 @@ from gaitlab.reproduction.together import Shown, together
 from gaitlab.statistics import Count, wilson
 
 SHOWN_CLAIMS = ("stated in the text", "counted, all 10 rows")
-SHORT = {"stated in the text": "stated", "counted, all 10 rows": "counted"}
+SHORT = {"stated in the text": "as stated", "counted, all 10 rows": "as its tables count"}
+DIRECTION_WORDS = {"forward": "forward cells as printed", "backward": "backward cells"}
 
 
 def headline(found: Sequence[Answer], calibrated: Calibrated) -> str:
-    """A line for each table, one for the efficiency, and the order of the pedestals."""
+    """A line for each table and one for the efficiency."""
     first = first_answers(found)
-    lines = [_table_line(answer, judged(answer, calibrated)) for answer in first]
+    cells = [judged(answer, calibrated) for answer in first]
+    lines = [_table_line(answer, here) for answer, here in zip(first, cells, strict=True)]
     if len(first) == 2:
-        lines.append(_efficiency_line(first[0], first[1]))
-    lines += [_order_line(answer, judged(answer, calibrated)) for answer in first]
+        lines.append(_efficiency_line(first[0], first[1], [*cells[0], *cells[1]]))
     return "\n".join(f"- {line}" for line in lines if line)
 
 
@@ -60,12 +62,15 @@ def paired_runs(before: Answer, after: Answer) -> Matched:
 
 
 def _table_line(answer: Answer, cells: Sequence[Judged]) -> str:
-    """Forward cells with the printed verdict, and which of them were predicted."""
-    forward = [cell for cell in cells if cell.place.direction == "forward"]
-    backward = [cell for cell in cells if cell.place.direction == "backward"]
-    parts = [f"{_of(forward)} forward cells as printed{_basis(forward)}"]
-    if backward:
-        parts.append(f"{_of(backward)} backward cells{_basis(backward)}")
+    """Cells with the printed verdict, which of them were predicted, and the order of grounds."""
+    parts = [
+        f"{_of(chosen)} {words}{_basis(chosen)}"
+        for direction, words in DIRECTION_WORDS.items()
+        if (chosen := [cell for cell in cells if cell.place.direction == direction])
+    ]
+    pairs = ordered(limits(cells))
+    if pairs.pairs:
+        parts.append(f"{pairs.right} of {pairs.pairs} pairs of pedestals in the paper's order")
     return f"**{answer.table.title}**: {'; '.join(parts)}."
 
 
@@ -75,34 +80,43 @@ def _of(cells: Sequence[Judged]) -> str:
 
 
 def _basis(cells: Sequence[Judged]) -> str:
-    """What was calibrated and what predicted, in brackets."""
-    fit = [cell for cell in cells if cell.calibrated]
-    if not fit:
-        return " (predicted)"
-    if len(fit) == len(cells):
-        return " (calibrated on them)"
+    """What was calibrated and what predicted, and what calling the predicted ones stable gives."""
     held = [cell for cell in cells if not cell.calibrated]
+    if not held:
+        return " (constants were chosen on them)"
+    guess = f"calling each of them stable gives {always_stable(held).successes}"
+    if len(held) == len(cells):
+        return f" (predicted; {guess})"
     grounds = untouched_grounds(cells)
-    count = agreement(held)
-    named = " and ".join(surface_text(name) for name in grounds)
     apart = all(cell.place.surface in grounds for cell in held)
-    where = f" on the grounds that no constant was chosen on, {named}" if apart else ""
-    return f", of which {count.successes} of {count.n} predicted{where}"
+    named = " and ".join(surface_text(name) for name in grounds)
+    where = f", all on {named}" if apart else ""
+    count = agreement(held)
+    return f", **{count.successes} of the {count.n} predicted** ones{where} ({guess})"
 
 
-def _efficiency_line(before: Answer, after: Answer) -> str:
+def _efficiency_line(before: Answer, after: Answer, cells: Sequence[Judged]) -> str:
     found = efficiencies(before, after)
     told = {claim.name: claim for claim in claims()}
     paper = ", ".join(
-        f"{told[name].without:.0f} → {told[name].with_:.0f} % {SHORT[name]}"
+        f"{told[name].with_ - told[name].without:+.0f} {SHORT[name]} "
+        f"({told[name].without:.0f} → {told[name].with_:.0f} %)"
         for name in SHOWN_CLAIMS
     )
+    chosen = sum(cell.calibrated for cell in cells)
+    basis = f", with constants chosen on {chosen} of the {len(cells)} cells" if chosen else ""
     return (
         f"**Efficiency**: {percent(found.without)} {interval(found.without_interval)} → "
         f"{percent(found.with_)} {interval(found.with_interval)}, a gain of "
-        f"**{found.gain:+.0f} points** {interval(found.gain_interval)}{_part_of(before)}; "
-        f"the paper: {paper}."
+        f"**{found.gain:+.0f} points** {interval(found.gain_interval)}{_part_of(before)}{basis}; "
+        f"its interval, of the seeds alone, {zero_words(found)}. The paper's gain: {paper}."
     )
+
+
+def zero_words(found: Simulated) -> str:
+    """Whether the gain can be told from none."""
+    low, high = found.gain_interval
+    return "holds zero" if low <= 0.0 <= high else "excludes zero"
 
 
 def _part_of(answer: Answer) -> str:
@@ -111,16 +125,16 @@ def _part_of(answer: Answer) -> str:
     return "" if n == printed else f" over {n} of the {printed} printed cells"
 
 
-def _order_line(answer: Answer, cells: Sequence[Judged]) -> str:
-    """The grounds from the longest stable forward step to the shortest."""
+def order_sentence(answer: Answer, cells: Sequence[Judged]) -> str:
+    """The grounds from the longest stable forward step to the shortest, and the paper's order."""
     found = limits(cells)
     if len(found.paper) < 2:
         return ""
     pairs = ordered(found)
     return (
-        f"Order of the pedestals, {answer.table.title}: {_ranked(found, 'ours')}; the paper: "
-        f"{_ranked(found, 'paper')}; {pairs.right} of the {pairs.pairs} pairs that the paper tells "
-        f"apart in its order, {pairs.tied} tied, {pairs.wrong} reversed."
+        f"{answer.table.title}: {_ranked(found, 'ours')}; the paper: {_ranked(found, 'paper')}; "
+        f"{pairs.right} of the {pairs.pairs} pairs that the paper tells apart in its order, "
+        f"{pairs.tied} tied, {pairs.wrong} reversed."
     )
 
 

@@ -49,7 +49,7 @@ def shown_variants(
         experiments: Members that are shown.
         labels: Words for a variant, under `member/variant` or `variant`, and for a member, under
             its name: those stand in front of a label that variants of several members share, and
-            are the label of a member's only variant.
+            are, as without them the member's name, the label of a member's only variant.
     """
     pairs = [(name, variant) for name in experiments for variant in results[name].variants]
     plain = [_words(name, variant, results[name], labels) for name, variant in pairs]
@@ -65,7 +65,7 @@ def shown_variants(
 
 
 def _words(name: str, variant: Variant, results: Results, labels: Mapping[str, str]) -> str:
-    alone = labels.get(name) if len(results.variants) == 1 else None
+    alone = labels.get(name, name) if len(results.variants) == 1 else None
     found = labels.get(f"{name}/{variant.label}") or alone or labels.get(variant.label)
     return found or variant.label
 

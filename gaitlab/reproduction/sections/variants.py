@@ -55,8 +55,8 @@ difference is taken over the cells that both have walked, in pairs of equal cell
 McNemar test, interval of Bonett and Price. *better* and *worse* hold for the whole column *all*,
 and apart from it for the columns of the grounds together: of twenty such tables without any
 difference at most one names one (Holm). Where neither is said, the runs cannot tell. Agreement
-counts every printed cell that a variant has walked. In the figure a base is hollow, and the dotted
-line is the share of the first one."""
+counts every printed cell that a variant has walked, a step out of reach as not stable. In the
+figure a base is hollow, and the dotted line is the share of the first one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,6 +108,7 @@ def variants_section(section: Section, context: Context) -> str:
     blocks = [
         _rows_sentence(found.results),
         _share_table(found),
+        _reach_sentence(found),
         _figure(found, context, name),
         _difference_table(found),
         _agreement_table(found),
@@ -170,6 +171,24 @@ def _share_table(found: _Compared) -> str:
     ]
     rows = [_share_row(found.cells(one), escape(one.label), grounds) for one in found.shown]
     return table(head, rows, "l")
+
+
+def _reach_sentence(found: _Compared) -> str:
+    """What was out of reach, and the efficiency without it; empty if nothing was."""
+    parts = []
+    for one in found.shown:
+        cells = found.cells(one)
+        every = [cell for column in cells.values() for cell in column]
+        lost = sum(not cell.feasible for cell in every)
+        if lost:
+            within = {g: [c for c in column if c.feasible] for g, column in cells.items()}
+            left = {ground: column for ground, column in within.items() if column}
+            parts.append(
+                f"*{escape(one.label)}* {lost} of {plural(len(every), 'cell')} (efficiency without "
+                f"them {_efficiency(left)})"
+            )
+    told = "; ".join(parts)
+    return f"Steps out of the legs' reach count as not stable: {told}." if told else ""
 
 
 def _share_row(
