@@ -258,6 +258,7 @@ def walks(step: float, sway: float, degrees: tuple[float, ...]) -> list[dict[str
         | {
             "gait.lateral_sway": sway,
             "pitch_amplitude": value * 3.141592653589793 / 180,
+            "pitch_settled": seed > 0,
             "distance_before_fall": 0.1 * value,
         }
         for heel in ("none", "add")
@@ -276,7 +277,7 @@ def test_walks_meet_the_setting_with_their_step_and_sway_in_every_reading(tmp_pa
         ["Fig 24, X = 8, Y = 45", "step length in cm", "plain"],
         ["Fig 26, X = 16, Y = 35", "step length in mm", "plain"],
     ]
-    assert rows[0][3:5] == ["±19°", "2.0° [1.5, 2.5], n = 3"]
+    assert rows[0][3:5] == ["±19°", "2.0° [1.5, 2.5], n = 3, 1 short"]
     assert rows[0][5:7] == ["falls", "3/3, 100 % [44–100]"]
     assert rows[0][8].startswith("0.20 m [0.15, 0.25], n = 3, of ")
     assert rows[1][3:7:2] == ["±6°", "no fall"]

@@ -41,10 +41,12 @@ READ = {
 HOW_TO_READ = """\
 The paper gives one walk without and one with optimisation at each of three settings, on pedestal 1.
 *Amplitude* is half the range of the trunk's pitch in a gait cycle, averaged over the cycles from
-the third on, those of a fall left out: median [lower, upper quartile] over the n runs that have
-such a cycle. *Distance* is what was covered before the fall or the end, likewise, over all runs;
-behind it stands what the horizon allows. The paper's distances do not fit its step lengths: its
-walks would take 670 to 740 mm a step."""
+the third on, that of a fall left out: median [lower, upper quartile] over the n runs that walked a
+whole cycle. A run is *short* if it fell before two such cycles; then its earlier cycles count, with
+none of them the last before the fall. The paper does not say how it measured. *Distance* is what
+was covered before the fall or the end, likewise, over all runs; behind it stands what the horizon
+allows. The paper's distances do not fit its step lengths: its walks would take 670 to 740 mm a
+step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,11 +142,13 @@ def _setting(setting: Published) -> str:
 def _cells(trials: pd.DataFrame, printed: Published | None, longest: float) -> list[str]:
     done = trials[trials["state"] == "DONE"]
     falls, n = int(truth(done["fell"]).sum()), len(done)
-    amplitudes = [degrees(value) for value in _numbers(done, "pitch_amplitude")]
+    measured = done[done["pitch_amplitude"].notna()] if "pitch_amplitude" in done else done[:0]
+    amplitudes = [degrees(value) for value in _numbers(measured, "pitch_amplitude")]
+    short = len(measured) - int(truth(measured["pitch_settled"]).sum())
     distances = list(_numbers(done, "distance_before_fall"))
     return [
         NOTHING if printed is None else f"±{printed.amplitude:g}°",
-        _quartiles(amplitudes, "°", 1),
+        _quartiles(amplitudes, "°", 1) + (f", {short} short" if short else ""),
         NOTHING if printed is None else ("falls" if printed.fell else "no fall"),
         share(falls, n, wilson(falls, n)),
         NOTHING if printed is None else f"{printed.distance:.2f} m",
