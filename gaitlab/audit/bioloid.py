@@ -14,11 +14,17 @@ import numpy as np
 
 from gaitlab.audit import _bioloid_walks as walks
 from gaitlab.audit._bioloid_errata import errata, knee_load
+from gaitlab.audit._bioloid_soles import (
+    ankle_table,
+    gamma_errors,
+    offsets,
+    position_table,
+    sole_angle,
+)
 from gaitlab.audit._bioloid_tables import (
     ANGLES,
     AXES,
     CALCULATED,
-    GAMMA,
     MEASURED,
     POSES,
     POSITIONS,
@@ -29,15 +35,13 @@ from gaitlab.audit._bioloid_tables import (
     calculated,
     common_lean,
     level_positions,
-    mean_error,
     measured,
     off_grid,
     positions,
     recomputed,
     stated,
 )
-from gaitlab.audit.page import Comparison, Page, Row, Table
-from gaitlab.kinematics.planar_leg import AnkleLaw
+from gaitlab.audit.page import Comparison, Page, Row
 from gaitlab.parameters import parameters
 from gaitlab.reference import rows
 from gaitlab.robots.bioloid import Robot
@@ -59,7 +63,7 @@ def audit(store: Path = Path("data")) -> Page:
         comparisons=list(_comparisons()),
         errata=errata(),
         assumptions=list(_assumptions()),
-        tables=[_ankle_table(), _position_table(), knee_load(), *walks.tables(store)],
+        tables=[ankle_table(), position_table(), knee_load(), *walks.tables(store)],
     )
 
 
@@ -67,13 +71,13 @@ def _summary(store: Path) -> str:
     off = np.concatenate([(recomputed(s) - calculated(s)).ravel() for s in SIDES])
     misprints = int(np.sum(np.abs(off) > TOLERANCE))
     agree = int(np.sum(np.abs(off) <= ROUNDED))
-    published, flat = _gamma_errors()
-    shift, spread = _offsets()
+    published, flat = gamma_errors()
+    shift, spread = offsets()
     return (
         f"Of the {off.size} angles of Tables 3 and 4, {agree} equal ours to the printed digits, "
         f"{off.size - agree - misprints} are off in the last digits by at most {TOLERANCE} degrees "
         f"and {misprints} are misprints. The ankle law, equation (7), leaves the soles of a step "
-        f"{_sole_angle():.1f} degrees out of parallel; the measured ankles do not follow it (mean "
+        f"{sole_angle():.1f} degrees out of parallel; the measured ankles do not follow it (mean "
         f"error {published:.2f} degrees) but the law of level soles ({flat:.2f} degrees), so most "
         "of the ankle error in the abstract is an error of the formula. The position error of X is "
         "a mix-up of frames: turned by the measured lean, the measured angles put the ankle within "
@@ -92,41 +96,6 @@ def _copies() -> str:
         f"The angles of robot 1 and robot 2 differ by {low:.2f} to {high:.2f} degrees in the mean, "
         "so the static tables hold no sign of the servo delays that are said to make robot 2 fall."
     )
-
-
-def _gamma_errors() -> tuple[float, float]:
-    """Mean error of the measured ankle pitch against eq. (7) and against level soles, degrees."""
-    return _gamma_error("published"), _gamma_error("flat")
-
-
-def _gamma_error(law: AnkleLaw) -> float:
-    errors = [
-        mean_error(
-            np.stack([measured(robot, side) for robot in ROBOTS]),
-            recomputed(side, ankle_law=law, lean=common_lean()),
-        )
-        for side in SIDES
-    ]
-    return float(np.mean(errors, axis=0)[GAMMA])
-
-
-def _sole_angle() -> float:
-    """Largest angle between the soles under the published ankle law, in degrees."""
-    right, left = (recomputed(side) for side in SIDES)
-    lean = [a[:, 0] + a[:, 2] - a[:, 1] for a in (right, left)]
-    return float(np.abs(lean[0] - lean[1]).max())
-
-
-def _offsets() -> tuple[np.ndarray, np.ndarray]:
-    """Mean and standard deviation of measured less computed X, Y, Z, in cm. Shape (3,) each."""
-    off = np.concatenate(
-        [
-            positions(robot, side) - level_positions(robot, side)
-            for robot in ROBOTS
-            for side in SIDES
-        ]
-    )
-    return off.mean(axis=0), off.std(axis=0)
 
 
 def _comparisons() -> Iterator[Comparison]:
@@ -247,47 +216,6 @@ def _average_note(printed: float, mended: float) -> str:
     if abs(mended - printed) < 0.01:
         return f"{mended:.2f} once the misprints of the tables are mended"
     return f"does not follow from the tables; {mended:.2f} with their misprints mended"
-
-
-def _ankle_table() -> Table:
-    """Lean of the torso over each sole: published law, level soles, measured."""
-    table = []
-    for i, pose in enumerate(POSES):
-        law = [float(_lean(recomputed(side))[i]) for side in SIDES]
-        found = [float(_lean(measured(r, side))[i]) for r in ROBOTS for side in SIDES]
-        table.append([pose, *(f"{x:.2f}" for x in (*law, law[0] - law[1], *found))])
-    header = ["lean [degrees]", "eq. (7) right", "eq. (7) left", "soles apart"]
-    header += [f"robot {r} {side}" for r in ROBOTS for side in SIDES]
-    text = (
-        "Lean of the torso over the sole, α + γ − β. Both legs carry one torso, so a pose stands "
-        "on level soles only if both leans are equal; the measured ones nearly are."
-    )
-    return Table(title="What the ankle law does to the soles", text=text, header=header, rows=table)
-
-
-def _lean(angles: np.ndarray) -> np.ndarray:
-    return np.asarray(angles[:, 0] + angles[:, 2] - angles[:, 1])
-
-
-def _position_table() -> Table:
-    """How far the measured positions are from Table 2, and from the turned measured angles."""
-    shift, spread = _offsets()
-    raw = [averages(side, False)[:3].mean() for side in SIDES]
-    rows_ = [
-        [
-            axis,
-            f"{shift[j]:.2f} ± {spread[j]:.2f}",
-            *(f"{averages(s, False)[j]:.2f}" for s in SIDES),
-        ]
-        for j, axis in enumerate(AXES)
-    ]
-    text = (
-        "Measured less computed from the measured angles in the level frame, mean ± standard "
-        "deviation over robots, legs and poses; beside it the mean error against Table 2, whose "
-        f"frame leans with the torso (over all axes {raw[0]:.2f} and {raw[1]:.2f} cm)."
-    )
-    header = ["cm", "in the level frame", "right, against Table 2", "left, against Table 2"]
-    return Table(title="Positions are a mix-up of frames", text=text, header=header, rows=rows_)
 
 
 def _assumptions() -> Iterator[tuple[str, str]]:
