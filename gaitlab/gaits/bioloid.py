@@ -24,12 +24,10 @@ from gaitlab.kinematics.planar_leg import (
     AnkleLaw,
     Coupling,
     LegAngles,
-    angles_of,
-    ankle_position,
     joints_of,
     leg_angles,
+    sole_points,
 )
-from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
 
@@ -210,7 +208,14 @@ class Gait:
         in_air = (segment % 2 == 0) | (since < self.move_time - ROUNDING)
         names = [f"{side}_{joint}" for side in SIDES for joint in JOINTS]
         return FeetPoses(
-            position=self._soles(legs, lean),
+            position=sole_points(
+                legs,
+                lean,
+                thigh=self.thigh,
+                shank=self.shank,
+                hip_spacing=self.hip_spacing,
+                ankle_height=self.ankle_height,
+            ),
             heading=np.zeros((len(time), 2)),
             trunk_pitch=lean,
             ankle_pitch=np.zeros((len(time), 2)),
@@ -284,16 +289,6 @@ class Gait:
     def _waist(self) -> np.ndarray:
         """Waist roll of every pose; positive leans right, over the right foot in lift left."""
         return np.array([0.0, self.waist_sway, 0.0, -self.waist_sway, 0.0, 0.0])
-
-    def _soles(self, legs: np.ndarray, lean: np.ndarray) -> np.ndarray:
-        """Points of level soles below the ankles, hip frame, in [m]. Shape (n, 2, 3)."""
-        angles = angles_of(legs)
-        x, y, z = np.moveaxis(
-            ankle_position(angles, thigh=self.thigh, shank=self.shank, coupling="spatial"), -1, 0
-        )
-        hips = np.array([self.hip_spacing, -self.hip_spacing])
-        up = axis_rotation("y", -lean)[..., 2]
-        return np.stack([x, hips - z, -y], axis=-1) - self.ankle_height * up[:, None]
 
 
 def _blend(start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from gaitlab.errors import Infeasible
+from gaitlab.kinematics.transforms import axis_rotation
 
 Coupling = Literal["planar", "spatial"]
 AnkleLaw = Literal["published", "flat"]
@@ -158,3 +159,31 @@ def angles_of(joints: np.ndarray) -> LegAngles:
     """The paper's angles of joints (..., 5), the inverse of `joints_of`."""
     roll, pitch, knee, ankle_pitch, ankle_roll = np.moveaxis(np.asarray(joints, dtype=float), -1, 0)
     return LegAngles(-pitch, knee, -ankle_pitch, -roll, ankle_roll)
+
+
+def sole_points(
+    joints: np.ndarray,
+    lean: np.ndarray,
+    *,
+    thigh: float,
+    shank: float,
+    hip_spacing: float,
+    ankle_height: float,
+) -> np.ndarray:
+    """Points of level soles straight below the ankles, hip frame, in [m]. Shape (n, 2, 3).
+
+    Args:
+        joints: Of the left and the right leg, as `joints_of` gives them. Shape (n, 2, 5).
+        lean: Of the torso over the soles, in [rad]. Shape (n,).
+        thigh: L1, in [m].
+        shank: L2, in [m].
+        hip_spacing: Hip off the centre plane, in [m].
+        ankle_height: Ankle over the sole, in [m].
+    """
+    angles = angles_of(joints)
+    x, y, z = np.moveaxis(
+        ankle_position(angles, thigh=thigh, shank=shank, coupling="spatial"), -1, 0
+    )
+    hips = np.array([hip_spacing, -hip_spacing])
+    up = axis_rotation("y", -lean)[..., 2]
+    return np.stack([x, hips - z, -y], axis=-1) - ankle_height * up[:, None]
