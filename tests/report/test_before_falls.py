@@ -15,11 +15,13 @@ from gaitlab.log import TrialLog
 from gaitlab.report.before_falls.accounts import common, toes, what_differs
 from gaitlab.report.before_falls.comparing import Contrast, contrasts, fell_and_stayed, same_seed
 from gaitlab.report.before_falls.courses import courses, growth, slope, zmp_ahead
+from gaitlab.report.before_falls.firmness import Firmness, firmness_order
 from gaitlab.report.before_falls.measures import MEASURES, measured, piece_before
 from gaitlab.report.before_falls.pair import telling_pair, write_strip
 from gaitlab.report.before_falls.standing import Stand, first_axis, row_at, stand, support_at
 from gaitlab.report.results import Results
 from gaitlab.statistics import Interval
+from gaitlab.surfaces.tipping import Settled
 from tests.report.builder import results_of, toy_trials
 from tests.synthetic import HEADER, fall, mirrored, sine, walk
 from tests.walked import walked
@@ -269,7 +271,7 @@ def contrast(low: float, high: float) -> dict[str, Contrast]:
             measure="toe_first",
             first=side + middle,
             second=side,
-            difference=middle,
+            means=(0.5 + middle, 0.5),
             interval=Interval(low, high),
             groups=3,
         )
@@ -280,8 +282,8 @@ def contrast(low: float, high: float) -> dict[str, Contrast]:
     ("low", "high", "claim"),
     [
         (0.1, 0.3, "may have a part"),
-        (-0.3, -0.1, "is not what catches"),
-        (-0.05, 0.05, "at most 5 points more"),
+        (-0.3, -0.1, "no sign of toes that catch in landing"),
+        (-0.05, 0.05, "at most 5 points more: no sign"),
         (-0.05, 0.4, "cannot be told"),
     ],
 )
@@ -295,6 +297,29 @@ def test_toes_that_are_always_alike_tell_nothing() -> None:
     same = contrast(0.0, 0.0)["toe_first"]
     flat = replace(same, first=np.zeros(5), second=np.zeros(5))
     assert "cannot be told" in toes({"toe_first": flat})
+
+
+def test_the_means_of_a_sentence_differ_by_its_difference_however_cells_are_filled() -> None:
+    walks = [  # of the first cell mostly falls, of the second mostly none; falls are 1 lower
+        (cell, side, 10.0 * cell - (side == 0))
+        for cell, counts in enumerate([(9, 3), (3, 9)])
+        for side, count in enumerate(counts)
+        for _ in range(count)
+    ]
+    asked = pd.DataFrame(walks, columns=["stratum", "side", "sink"])
+    asked = asked.assign(trial_id=[str(n) for n in range(len(asked))], cycles=1.0)
+    found = asked[["trial_id", "cycles", "sink"]].reindex(columns=["trial_id", "cycles", *MEASURES])
+    made = contrasts(asked[["trial_id", "cycles", "stratum", "side"]], found, paired=False)["sink"]
+    assert made.means == (4.0, 5.0)
+    assert made.difference == -1.0
+    assert np.mean(made.first) < 3.0 < 7.0 < np.mean(made.second)
+
+
+def test_a_sentence_says_what_was_measured_in_fewer_pairs() -> None:
+    many, few = contrast(0.1, 0.3)["toe_first"], replace(contrast(0.1, 0.3)["toe_first"], groups=2)
+    told = what_differs({"sink": many, "toe_first": few}, "Against it", "pair", ())
+    assert "(3 pairs)" in told
+    assert told.count("n = 2") == 1
 
 
 def test_only_clear_differences_are_named() -> None:
@@ -315,6 +340,23 @@ def test_only_what_differs_the_same_way_on_every_ground_is_common() -> None:
     opposed = common({"a": full["a"] | up, "b": full["b"] | down}, "Falls")
     assert "no measure differs clearly on all of them" in opposed
     assert common({"a": full["a"] | up}, "Falls") == ""
+
+
+def held(stiffness: float) -> Firmness:
+    return Firmness(rest=Settled(0.01, stiffness), pitch={}, roll={}, kind="flat")
+
+
+@pytest.mark.parametrize(
+    ("fell", "told"),
+    [
+        ((0.9, 0.5, 0.0), "3 have more falls on the softer, 0 on the firmer: the falls come in"),
+        ((0.9, 0.0, 0.5), "2 have more falls on the softer, 1 on the firmer: the orders differ"),
+        ((0.0, 0.0, 0.0), "0 have more falls on the softer, 0 on the firmer: nothing contradicts"),
+    ],
+)
+def test_the_order_of_firmness_is_claimed_only_where_every_pair_shows_it(fell, told) -> None:
+    grounds = {"a": held(1e4), "b": held(2e4), "c": held(4e4)}
+    assert told in firmness_order(grounds, dict(zip(grounds, fell, strict=True)))
 
 
 def test_the_pair_is_the_first_seed_of_the_first_cell_in_which_only_one_falls() -> None:

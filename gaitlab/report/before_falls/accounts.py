@@ -34,13 +34,14 @@ def how_they_fell(done: pd.DataFrame, what: str) -> str:
     n, ways = len(falls), _ordered(falls["fall_direction"])
     early = int((falls["cycles"] < 1.0).sum())
     feet, count = _ordered(falls["support"])[0]
-    counted = {axis: int((falls["axis"] == axis).sum()) for axis in ("fore-aft", "sideways")}
+    ahead, aside = (int((falls["axis"] == axis).sum()) for axis in ("fore-aft", "sideways"))
+    untold = f", in {n - ahead - aside} neither" if ahead + aside < n else ""
     return (
         f"{what} falls in {n} of {len(done)} walks: {', '.join(f'{k} {way}' for way, k in ways)}"
         f"{_backward_walks(falls, ways[0][0])}. {early} of the {n} begin before a gait cycle at "
         f"full amplitude is done, {count} with load on {feet}; the fall is established "
         f"{_median(falls['lead'])} s later (median). The trunk leaves what it did before first "
-        f"fore-aft in {counted['fore-aft']}, sideways in {counted['sideways']}."
+        f"fore-aft in {ahead}, sideways in {aside}{untold}."
     )
 
 
@@ -73,14 +74,14 @@ def depth(found: Contrasts, there: str) -> str:
     if not found["lift"].groups:
         return ""
     sunk = found["sink"].groups > 0
-    single = [100.0 * float(np.mean(s)) for s in (found["single"].first, found["single"].second)]
+    single = [100.0 * mean for mean in found["single"].means]
     sole = f"The only loaded sole stands {_over_tips(-_mean(found['sink']))}; " if sunk else ""
     return (
         f"{sole}{'the' if sole else 'The'} swing foot's lowest corner rises to "
         f"{_over_tips(_mean(found['lift']))}, {_mean(found['lift_base']):.2g} mm over the base; "
         f"the robot is on one foot for {percent(single[0])} of the time, on {there} for "
-        f"{percent(single[1])}; the pile holds a foot back by up to "
-        f"{_mean(found['plough_share']):.2g} % of the weight."
+        f"{percent(single[1])}; the pile holds a foot back by "
+        f"{_mean(found['plough_share']):.2g} % of the weight at its peak."
     )
 
 
@@ -91,7 +92,7 @@ def _over_tips(height: float) -> str:
 
 def _mean(contrast: Contrast) -> float:
     """Mean of the first side, in the unit of the table."""
-    return MEASURES[contrast.measure].scale * float(np.mean(contrast.first))
+    return MEASURES[contrast.measure].scale * contrast.means[0]
 
 
 def what_differs(found: Contrasts, head: str, counted: str, apart: Sequence[str] = APART) -> str:
@@ -113,7 +114,7 @@ def what_differs(found: Contrasts, head: str, counted: str, apart: Sequence[str]
     head = f"{head} ({plural(most, counted)})"
     if not clear:
         return f"{head} nothing differs clearly, so nothing can be told."
-    return f"{head}: {'; '.join(_difference(c) for c in clear[:MOST_NAMED])}."
+    return f"{head}: {'; '.join(_difference(c, most) for c in clear[:MOST_NAMED])}."
 
 
 def common(grounds: Mapping[str, Contrasts], head: str) -> str:
@@ -145,33 +146,34 @@ def _spread(name: str, found: Sequence[Contrast]) -> str:
     return f"{MEASURES[name].name} {word} by {abs(gaps[0]):.3g} to {abs(gaps[-1]):.3g}{unit}"
 
 
-def _difference(contrast: Contrast) -> str:
+def _difference(contrast: Contrast, most: int) -> str:
+    """Both means and their difference, with its n where it is made from fewer than the others."""
     measure = MEASURES[contrast.measure]
-    first, second = (
-        f"{measure.scale * float(np.mean(side)):.3g}" for side in (contrast.first, contrast.second)
-    )
+    first, second = (f"{measure.scale * mean:.3g}" for mean in contrast.means)
     unit = measure.unit if measure.unit == "°" else f" {measure.unit}"
-    return f"{measure.name} {first}{unit} and not {second}{unit} ({gap_text(contrast)})"
+    fewer = f", n = {contrast.groups}" if contrast.groups < most else ""
+    return f"{measure.name} {first}{unit} and not {second}{unit} ({gap_text(contrast)}{fewer})"
 
 
 def toes(found: Contrasts) -> str:
     """Whether walks that fall land on their toes more often than those of their cells that stay up.
 
-    A sentence that claims no more than a difference, and none where there is not one.
+    A sentence that claims no more than a difference, and none where there is not one: how a foot
+    lands says nothing of a toe that catches on its way.
     """
     contrast = found["toe_first"]
     if not contrast.groups:
         return "Whether toes catch cannot be told: too few walks fall beside others that stay up."
-    first, second = (percent(100.0 * float(np.mean(s))) for s in (contrast.first, contrast.second))
+    first, second = (percent(100.0 * mean) for mean in contrast.means)
     shares = f"Toes land first in {first} of landings against {second} ({gap_text(contrast)})"
-    if not contrast.clear:
-        most = 100.0 * contrast.interval.high
-        if most > SMALL or not contrast.scatters:
-            return f"{shares}: whether toes catch cannot be told."
-        return f"{shares}: at most {most:.0f} points more, so the toe is not what catches."
-    if contrast.difference > 0.0:
+    most = 100.0 * contrast.interval.high
+    if contrast.clear and contrast.difference > 0.0:
         return f"{shares}: the toe may have a part in these falls."
-    return f"{shares}: the toe is not what catches."
+    if contrast.clear:
+        return f"{shares}: no sign of toes that catch in landing."
+    if most > SMALL or not contrast.scatters:
+        return f"{shares}: whether toes catch cannot be told."
+    return f"{shares}, at most {most:.0f} points more: no sign of toes that catch in landing."
 
 
 def gap_text(contrast: Contrast) -> str:

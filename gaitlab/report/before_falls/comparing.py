@@ -17,7 +17,6 @@ from gaitlab.report.before_falls.measures import MEASURES
 from gaitlab.statistics import (
     Interval,
     mean_interval,
-    stratified_difference,
     stratified_difference_interval,
 )
 
@@ -34,7 +33,7 @@ class Contrast:
         measure: Its key in `MEASURES`.
         first: Values of the first side. Shape (n,).
         second: Values of the second side. Shape (m,).
-        difference: First less second.
+        means: Of both sides, each cell or pair with the same weight.
         interval: 99 % interval of the difference.
         groups: Cells, or pairs, that the difference is made from.
     """
@@ -42,9 +41,14 @@ class Contrast:
     measure: str
     first: np.ndarray
     second: np.ndarray
-    difference: float
+    means: tuple[float, float]
     interval: Interval
     groups: int
+
+    @property
+    def difference(self) -> float:
+        """First less second."""
+        return self.means[0] - self.means[1]
 
     @property
     def clear(self) -> bool:
@@ -139,7 +143,7 @@ def _paired(name: str, values: pd.DataFrame) -> Contrast:
         measure=name,
         first=first,
         second=second,
-        difference=float(np.mean(gaps)) if len(gaps) else np.nan,
+        means=_means([(first, second)] if len(gaps) else []),
         interval=_possible(name, mean_interval(gaps.tolist(), CONFIDENCE)),
         groups=len(gaps),
     )
@@ -161,10 +165,18 @@ def _stratified(name: str, values: pd.DataFrame) -> Contrast:
         measure=name,
         first=first,
         second=second,
-        difference=stratified_difference(strata) if strata else np.nan,
+        means=_means(strata),
         interval=_possible(name, stratified_difference_interval(strata, CONFIDENCE)),
         groups=len(strata),
     )
+
+
+def _means(strata: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[float, float]:
+    """Mean over the strata of the means of both sides."""
+    if not strata:
+        return np.nan, np.nan
+    first, second = (float(np.mean([np.mean(pair[k]) for pair in strata])) for k in (0, 1))
+    return first, second
 
 
 def _possible(name: str, found: Interval) -> Interval:

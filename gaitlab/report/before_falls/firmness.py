@@ -95,15 +95,23 @@ def firmness_order(grounds: Mapping[str, Firmness], fell: Mapping[str, float]) -
     firm = sorted(grounds, key=lambda name: grounds[name].rest.stiffness)
     falls = sorted(grounds, key=lambda name: -fell[name])
     pairs = [(a, b) for i, a in enumerate(firm) for b in firm[i + 1 :] if _apart(grounds, a, b)]
-    wrong = [(a, b) for a, b in pairs if fell[a] < fell[b]]
+    wrong = sum(fell[a] < fell[b] for a, b in pairs)
+    right = sum(fell[a] > fell[b] for a, b in pairs)
     orders = " < ".join(surface_text(name) for name in firm)
     seen = " > ".join(surface_text(name) for name in falls)
-    told = "the falls come in the order of firmness" if not wrong else "the orders differ"
     return (
         f"By firmness: {escape(orders)}; by walks that fell: {escape(seen)}. Of the {len(pairs)} "
-        f"pairs of grounds whose firmness differs by over 5 %, {len(wrong)} have more falls on the "
-        f"firmer: {told}."
+        f"pairs of grounds whose firmness differs by over 5 %, {right} have more falls on the "
+        f"softer, {wrong} on the firmer: {_order_told(right, wrong, len(pairs))}."
     )
+
+
+def _order_told(right: int, wrong: int, pairs: int) -> str:
+    if wrong:
+        return "the orders differ"
+    if right == pairs > 0:
+        return "the falls come in the order of firmness, which does not make it their reason"
+    return "nothing contradicts the order of firmness, and not all of it is seen"
 
 
 def _apart(grounds: Mapping[str, Firmness], soft: str, firm: str) -> bool:

@@ -37,6 +37,7 @@ from gaitlab.report.before_falls.tables import (
 from gaitlab.report.gather import gather
 from gaitlab.report.markdown import details, escape, image
 from gaitlab.report.results import Results
+from gaitlab.report.scores import truth
 from gaitlab.report.variants import Variant
 from gaitlab.report.words import place_text, surface_text
 from gaitlab.reproduction.section import Context, Section, option
@@ -50,17 +51,20 @@ SAME = "step and seed"
 METHOD = """\
 A walk that falls is looked at in the gait cycle that ends where it last stood well: ZMP at least
 5 mm inside the support polygon and the trunk tilted by no more than 20°; landings over two cycles.
-Any other walk is looked at in the same cycle. Differences are of means, with 99 % intervals; what
-is **bold** leaves zero out, of all else nothing can be told. Walks of one seed share their servos,
-so pairs over several steps are less independent than the intervals assume."""
+Any other walk is looked at in the same cycle, of two falls in that of the earlier one. Differences
+are of means, with 99 % intervals; what is **bold** leaves zero out, of all else nothing can be
+told. Of a hundred such intervals one leaves out zero by chance alone, and walks of one seed share
+their servos, so that pairs over several steps are less independent than the intervals assume. What
+differs before falls need not be their cause: walks picked because they fall look worse just then
+than almost any others."""
 FIRMNESS = """\
-How many times the moment that the settled sole puts up against tipping exceeds that of gravity on
-a stiff robot above one foot: K times the mean square distance of the supports, over weight times
+The moment that the settled sole puts up against tipping over that of gravity on a stiff robot above
+one foot, not simulated: K times the mean square distance of the supports, over weight times
 the height of the CoM. Below 1 it cannot stand; servos that yield take from it."""
 GROWTH = """\
 Medians [quartiles] are of the falls. *First* is the axis in which the trunk first left what it did
-in the cycle before. Growth and drift are fitted over the full cycles that were walked; falls
-before the third full cycle have none."""
+in the cycle before; in the start-up, where the sway still grows, it says little. Growth and drift
+are fitted over the full cycles that were walked; falls before the third full cycle have none."""
 
 
 TOO_FEW = f"""\
@@ -250,4 +254,18 @@ def _caption(results: Results, pair: Pair, variants: tuple[Variant, Variant]) ->
             "falls latest after it"
         )
     seed = int(pair.fall["seed"])
-    return f"Above {first}, below {second} on {where}, seed {seed} ({names}): {chosen}."
+    falls = (_falls_of(results, pair, variant) for variant in variants)
+    counts = " and ".join(
+        f"{text} of {name}" for name, text in zip((first, second), falls, strict=True)
+    )
+    return (
+        f"Above {first}, below {second} on {where}, seed {seed} ({names}): {chosen}. Over all "
+        f"seeds of that cell {counts} fall."
+    )
+
+
+def _falls_of(results: Results, pair: Pair, variant: Variant) -> str:
+    """How many walks of a variant fall in the cell of a pair."""
+    cell = results.at(variant, pair.fall[results.rows], pair.fall[results.columns])
+    done = cell[cell["state"] == "DONE"]
+    return f"{int(truth(done['fell']).sum())} of {len(done)}"
