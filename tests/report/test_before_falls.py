@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from math import isnan, radians
@@ -337,6 +338,9 @@ def test_only_what_differs_the_same_way_on_every_ground_is_common() -> None:
     alike = common({"a": full["a"] | up, "b": full["b"] | more}, "Falls")
     assert alike.startswith("Falls on each of a, b: ")
     assert "sink of the stance sole higher by" in alike
+    share = {"toe_first": full["a"]["toe_first"], "single": up["sink"]}
+    shares = {name: full[name] | share for name in ("a", "b")}
+    assert re.search(r"time on one foot higher by [\d.]+ to [\d.]+ points", common(shares, "Falls"))
     opposed = common({"a": full["a"] | up, "b": full["b"] | down}, "Falls")
     assert "no measure differs clearly on all of them" in opposed
     assert common({"a": full["a"] | up}, "Falls") == ""

@@ -14,7 +14,8 @@ from gaitlab.report.markdown import escape
 from gaitlab.report.words import NOTHING, percent, plural, surface_text
 
 MOST_NAMED = 4  # differences in a sentence
-APART = ("plough_share", "lift_base", "margin_p5", "toe_first")  # said otherwise or elsewhere
+TWICE = ("plough_share", "lift_base")  # another measure less or over a constant
+APART = (*TWICE, "margin_p5", "toe_first")  # said otherwise or elsewhere
 DEPTH = ("sink", "lift", "single", "plough")  # what a pile does to any walk, see `depth`
 FEWEST_GROUNDS = 2  # that have something in common
 SMALL = 10.0  # points of a share; toes that catch would land first far more often
@@ -142,7 +143,7 @@ def _alike(found: Sequence[Contrast]) -> bool:
 def _spread(name: str, found: Sequence[Contrast]) -> str:
     gaps = sorted((MEASURES[name].scale * c.difference for c in found), key=abs)
     word = "higher" if gaps[0] > 0.0 else "lower"
-    unit = MEASURES[name].unit if MEASURES[name].unit == "°" else f" {MEASURES[name].unit}"
+    unit = {"°": "°", "%": " points"}.get(MEASURES[name].unit, f" {MEASURES[name].unit}")
     return f"{MEASURES[name].name} {word} by {abs(gaps[0]):.3g} to {abs(gaps[-1]):.3g}{unit}"
 
 

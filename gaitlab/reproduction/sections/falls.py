@@ -11,6 +11,7 @@ from typing import cast
 from gaitlab.report.before_falls.accounts import (
     APART,
     DEPTH,
+    TWICE,
     common,
     depth,
     how_they_fell,
@@ -166,7 +167,7 @@ def _change(scene: Scene, ground: str, variant: Variant) -> str:
     walks, label = scene.walks(ground, variant.label), escape(variant.label)
     count = f"falls in {int(walks['fell'].sum())} of {len(walks)}"
     head = f"*{label}* {count}; in place of these falls"
-    return what_differs(scene.by_variant[variant.label][ground], head, "pair", ())
+    return what_differs(scene.by_variant[variant.label][ground], head, "pair", TWICE)
 
 
 def _ground_holds(scene: Scene, held: Mapping[str, Firmness]) -> list[str]:
