@@ -3,6 +3,7 @@
 from gaitlab.documents.fields import build, check, checked
 from gaitlab.documents.loading import dump, load, parse
 from gaitlab.documents.messages import allowed
+from gaitlab.documents.mistakes import collected, in_order
 from gaitlab.documents.nodes import Node, merged, plain
 
 __all__ = [
@@ -11,7 +12,9 @@ __all__ = [
     "build",
     "check",
     "checked",
+    "collected",
     "dump",
+    "in_order",
     "load",
     "merged",
     "parse",

@@ -25,6 +25,7 @@ from pydantic import (
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from gaitlab.documents.messages import allowed, expected_mapping, unknown_key, wrong_value
+from gaitlab.documents.mistakes import in_order
 from gaitlab.documents.nodes import Node, plain
 from gaitlab.errors import FileError, GaitlabError, Problem
 from gaitlab.parameters import Parameter, parameter_table
@@ -57,7 +58,7 @@ def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
         details = error.errors(include_url=False, include_input=False)
         problems += [_problem(cls, bare, d) for d in details if _path(d) not in wrong]
     if problems:
-        raise FileError(sorted(problems, key=lambda p: (str(p.file), p.line or 0, p.column or 0)))
+        raise FileError(in_order(problems))
     return checked(node, lambda: cast(T, _instance(cls, model, None)))
 
 

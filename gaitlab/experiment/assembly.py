@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from gaitlab.commands import require_playable
-from gaitlab.documents import Node, build, check, checked
+from gaitlab.documents import Node, build, check, checked, collected
 from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
 from gaitlab.experiment.parts import (
     NO_BALANCE,
@@ -35,8 +35,6 @@ from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Plugin, plugin
 
-T = TypeVar("T")
-
 
 def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     """Parts of an experiment; everything wrong in any of them is reported together.
@@ -49,11 +47,11 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
         FileError: All mistakes.
     """
     problems: list[Problem] = []
-    robot = _collected(problems, lambda: _plugged("robot", sections.robot, varied))
-    gait = _collected(problems, lambda: _plugged("gait", sections.gait, varied))
-    surfaces = _collected(problems, lambda: read_surfaces(sections))
-    servo = _collected(problems, lambda: read_servo(sections.servo))
-    balance = _collected(problems, lambda: _balance(sections.balance, varied))
+    robot = collected(problems, lambda: _plugged("robot", sections.robot, varied))
+    gait = collected(problems, lambda: _plugged("gait", sections.gait, varied))
+    surfaces = collected(problems, lambda: read_surfaces(sections))
+    servo = collected(problems, lambda: read_servo(sections.servo))
+    balance = collected(problems, lambda: _balance(sections.balance, varied))
     if robot is None or gait is None or surfaces is None or servo is None or balance is None:
         raise FileError(problems)
     parts = Parts(
@@ -73,14 +71,6 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     checked(sections.gait, lambda: require_playable(parts.gait, parts.robot, servos))
     checked(sections.balance or sections.robot, lambda: parts.try_out("balance", {}))
     return parts
-
-
-def _collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
-    try:
-        return read()
-    except FileError as error:
-        problems += error.problems
-        return None
 
 
 def _balance(
@@ -152,7 +142,7 @@ def read_surfaces(sections: Sections) -> dict[str, Surface]:
     problems: list[Problem] = []
     found: dict[str, Surface] = {}
     for node in _listed(sections.surfaces):
-        surface = _collected(problems, lambda node=node: _surface(node))  # type: ignore[misc]
+        surface = collected(problems, lambda node=node: _surface(node))  # type: ignore[misc]
         if label(str(node.value)) in found:
             message = f"surfaces: {label(str(node.value))!r} is listed twice; keep one of them"
             problems.append(node.problem(message))

@@ -14,12 +14,11 @@ study:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
 
-from gaitlab.documents import Node, build, check
+from gaitlab.documents import Node, build, check, collected, in_order
 from gaitlab.errors import FileError, Problem
 from gaitlab.experiment.goal_reading import read_constraints, read_objectives
 from gaitlab.experiment.parts import Parts
@@ -28,7 +27,6 @@ from gaitlab.experiment.search_reading import first_values, read_search
 from gaitlab.experiment.study import Racing, Study
 from gaitlab.parameters import Parameter, parameter
 
-T = TypeVar("T")
 MOST_TRIALS = 10**6  # candidates
 MOST_BATCH = 1000  # candidates
 LARGEST_SEED = 2**32 - 1  # of a random number generator
@@ -104,18 +102,18 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
         return None
     given = section.mapping
     problems: list[Problem] = []
-    plain = _collected(problems, lambda: build(StudySections, section, skip=()))
-    sampler = _collected(problems, lambda: read_sampler(given.get("sampler")))
-    search = _collected(problems, lambda: read_search(given.get("search"), section, parts))
-    objectives = _collected(problems, lambda: read_objectives(given.get("objectives"), section))
-    constraints = _collected(problems, lambda: read_constraints(given.get("constraints")))
-    racing = _collected(problems, lambda: (_racing(given.get("racing"), len(seeds)),))
-    early_stop = _collected(problems, lambda: (_early_stop(given.get("early_stop")),))
+    plain = collected(problems, lambda: build(StudySections, section, skip=()))
+    sampler = collected(problems, lambda: read_sampler(given.get("sampler")))
+    search = collected(problems, lambda: read_search(given.get("search"), section, parts))
+    objectives = collected(problems, lambda: read_objectives(given.get("objectives"), section))
+    constraints = collected(problems, lambda: read_constraints(given.get("constraints")))
+    racing = collected(problems, lambda: (_racing(given.get("racing"), len(seeds)),))
+    early_stop = collected(problems, lambda: (_early_stop(given.get("early_stop")),))
     if sampler is not None:
         place = given.get("sampler", section)
         problems += misfits(place, sampler[0], search or (), objectives or ())
     if problems:
-        raise FileError(_in_order(problems))
+        raise FileError(in_order(problems))
     if plain is None or sampler is None or racing is None or early_stop is None:
         raise FileError([section.problem("study: could not be read")])
     return Study(
@@ -130,20 +128,6 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
         racing=racing[0],
         early_stop=early_stop[0],
     )
-
-
-def _collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
-    try:
-        return read()
-    except FileError as error:
-        problems += error.problems
-        return None
-
-
-def _in_order(problems: list[Problem]) -> list[Problem]:
-    """By place in the file; what stands on the command line first."""
-    unique = dict.fromkeys(problems)
-    return sorted(unique, key=lambda p: (str(p.file), p.line or 0, p.column or 0))
 
 
 def _switched(node: Node | None) -> bool | None:

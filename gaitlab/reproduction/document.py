@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar, cast
 
-from gaitlab.documents import Node, build, check, checked, load, plain
+from gaitlab.documents import Node, build, check, checked, collected, in_order, load, plain
 from gaitlab.errors import FileError, Problem
 from gaitlab.experiment import Experiment, load_experiment, refuse_study
 from gaitlab.experiment.experiment import NAME
@@ -135,18 +135,18 @@ def load_reproduction(
     over = _Over(quick=quick, settings=tuple(settings), seeds=seeds)
     problems: list[Problem] = []
     root = load(path)
-    file = _collected(problems, partial(build, _File, root))
+    file = collected(problems, partial(build, _File, root))
     parts = root.mapping.get("reproduction", root)
     if parts is not root:
-        _collected(problems, partial(build, _Parts, parts, skip=()))
+        collected(problems, partial(build, _Parts, parts, skip=()))
     members = _members(problems, parts.mapping.get("members"), over)
     nodes = _items(problems, parts.mapping.get("sections"), "sections")
     known = _known(members)
-    sections = [_collected(problems, partial(_section, node, known)) for node in nodes]
+    sections = [collected(problems, partial(_section, node, known)) for node in nodes]
     if file is not None:
         problems += _wrong_name(root, file.name or path.stem)
     if problems or file is None:
-        raise FileError(_in_order(problems))
+        raise FileError(in_order(problems))
     name = file.name or path.stem
     return Reproduction(
         name=f"{name}_quick" if quick else name,
@@ -157,19 +157,6 @@ def load_reproduction(
         sections=tuple(one for one in sections if one is not None),
         options=over.options,
     )
-
-
-def _collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
-    try:
-        return read()
-    except FileError as error:
-        problems += error.problems
-        return None
-
-
-def _in_order(problems: Sequence[Problem]) -> list[Problem]:
-    unique = dict.fromkeys(problems)
-    return sorted(unique, key=lambda p: (str(p.file), p.line or 0, p.column or 0))
 
 
 def _items(problems: list[Problem], node: Node | None, key: str) -> tuple[Node, ...]:
@@ -183,7 +170,7 @@ def _members(problems: list[Problem], node: Node | None, over: _Over) -> list[Ex
     """The experiments, None in place of one that is wrong."""
     found: list[Experiment | None] = []
     for item in _items(problems, node, "members"):
-        member = _collected(problems, partial(_member, item, over))
+        member = collected(problems, partial(_member, item, over))
         if member is not None and member.name in (one.name for one in found if one):
             message = f"members: an experiment {member.name!r} is there already; leave one out"
             problems.append(item.problem(message))
@@ -234,17 +221,17 @@ def _section(node: Node, known: tuple[str, ...] | None) -> Section:
     """
     problems: list[Problem] = []
     own = node.without(*(key for key in node.mapping if key not in OWN))
-    given = _collected(problems, partial(build, _Section, own, skip=()))
+    given = collected(problems, partial(build, _Section, own, skip=()))
     kind = node.mapping.get("section", node).value
     if isinstance(kind, str) and kind not in names():
         place = node.mapping["section"]
         problems.append(place.problem(f"there is no section {kind!r}{suggestion(kind, names())}"))
     elif isinstance(kind, str):
-        options = _collected(problems, partial(_options, node, kind))
+        options = collected(problems, partial(_options, node, kind))
     if given is not None and known is not None:
         problems += _strangers(node.mapping.get("experiments"), known)
     if problems or given is None:
-        raise FileError(_in_order(problems))
+        raise FileError(in_order(problems))
     return Section(
         kind=given.section,
         title=given.title or given.section.replace("_", " ").capitalize(),
@@ -276,7 +263,7 @@ def _options(node: Node, kind: str) -> dict[str, Value]:
     values = {name: cast(Value, item.default) for name, item in table.items()}
     for key in (key for key in node.mapping if key not in OWN):
         if key in table:
-            found = _collected(problems, partial(_option, table[key], node.mapping[key]))
+            found = collected(problems, partial(_option, table[key], node.mapping[key]))
             values[key] = found[0] if found else None
         else:
             hint = suggestion(key, [*OWN, *table])
