@@ -27,7 +27,7 @@ from gaitlab.store import Store
 from gaitlab.trial import PHYSICS_VERSION
 
 REPORTS = Path("reports")
-QUICK = "**Quick form**: fewer seeds than the whole has, as the members below say."
+QUICK = "**Quick form**: fewer seeds and points than the whole has, as the members below say."
 TABLES = "tables"  # kind of section that the headline is made from
 
 

@@ -108,6 +108,33 @@ def test_variants_say_what_was_out_of_their_reach(tmp_path: Path) -> None:
     assert "out of the legs' reach" not in at_hand
 
 
+def test_variants_on_fewer_grounds_are_summed_over_those_that_all_have(tmp_path: Path) -> None:
+    soft = [row for row in printed_trials() if row["surface"] in ("grass_50mm", "grass_30mm")]
+    whole = {"a": printed_results(), "b": results_of(soft)}
+    text = variants_section(section("variants", "a", "b"), context(whole, tmp_path))
+    assert "are over the grounds of all: grass 50 mm, grass 30 mm." in text
+    for label in ("a: plain", "b: plain"):
+        row = cells(text, label)
+        assert row[5].startswith("24/80 ")
+        assert row[6].startswith("30 %")
+    assert cells(text, "a: plain")[4].startswith("36/40 ")  # the carpet is there, not in the sum
+    agreed = text.partition("| cells as printed")[2]
+    assert cells(agreed, "a: plain")[4:] == ["40/40, 100 % [91–100]", "20/20, 100 % [84–100]"]
+    alone = variants_section(section("variants", "a"), context({"a": whole["a"]}, tmp_path))
+    assert "grounds of all" not in alone
+
+
+def test_variants_without_a_common_ground_keep_their_own_sums(tmp_path: Path) -> None:
+    halves = [
+        [row for row in printed_trials() if ("carpet" in str(row["surface"])) == hard]
+        for hard in (True, False)
+    ]
+    whole = {name: results_of(rows) for name, rows in zip("ab", halves, strict=True)}
+    text = variants_section(section("variants", "a", "b"), context(whole, tmp_path))
+    assert "No ground is shared by all" in text
+    assert cells(text, "a: plain")[5].startswith("36/40 ")
+
+
 def test_the_only_variant_of_a_member_is_called_by_the_member(tmp_path: Path) -> None:
     heels = [row for row in toy_trials() if row["gait.heel_strike"] == "add"]
     only = replace(results_of(heels), variants=(Variant(label="plain"),))

@@ -51,8 +51,9 @@ a plane explains of mere noise: what is left is curvature, quantities that act t
 Sobol' indices would need hundreds of points for each quantity."""
 WILSON = """\
 Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are
-spread more evenly than that, so that the intervals are rather too wide. A mean is told from none
-when its bootstrap interval excludes it and the signed-rank test over the points has p < 0.05."""
+spread more evenly than that, so that the intervals are rather too wide. The sign at a point is that
+of few walks and has chance in it, the mean over the box has less. A mean is told from none when its
+bootstrap interval excludes it and the signed-rank test over the points has p < 0.05."""
 
 
 def sensitivity_section(section: Section, context: Context) -> str:

@@ -16,7 +16,6 @@ from gaitlab.report.comparison.matching import Matched, matched
 from gaitlab.report.comparison.tables import difference
 from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import details, escape, image, table
-from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
 from gaitlab.report.variants import Variant
@@ -29,9 +28,8 @@ from gaitlab.report.words import (
     surface_text,
     with_unit,
 )
-from gaitlab.reproduction.answers import Answer, agreement, judged, table_of
+from gaitlab.reproduction.agreement_table import agreement_table
 from gaitlab.reproduction.figures.share_dots import share_dots
-from gaitlab.reproduction.headline import count_text
 from gaitlab.reproduction.section import Context, Section, option
 from gaitlab.reproduction.together import (
     Shown,
@@ -54,9 +52,11 @@ Runs that stayed up, of all, and in brackets the Wilson interval of that share i
 difference is taken over the cells that both have walked, in pairs of equal cell and seed: exact
 McNemar test, interval of Bonett and Price. *better* and *worse* hold for the whole column *all*,
 and apart from it for the columns of the grounds together: of twenty such tables without any
-difference at most one names one (Holm). Where neither is said, the runs cannot tell. Agreement
-counts every printed cell that a variant has walked, a step out of reach as not stable. In the
-figure a base is hollow, and the dotted line is the share of the first one."""
+difference at most one names one (Holm). Where neither is said, the runs cannot tell. Walks of one
+seed share their servos, so pairs are less independent than test and interval assume. Agreement
+counts every printed cell that a variant has walked, a step out of reach as not stable, and apart
+the cells that all variants beside the same table have walked. In the figure a base is hollow, and
+the dotted line is the share of the first one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,6 +74,14 @@ class _Compared:
         own = [set(whole.of(variant)[rows]) for variant in whole.variants]
         common = set.intersection(*own)
         return replace(whole, trials=trials[trials[rows].isin(common)]) if common else whole
+
+    @cached_property
+    def common(self) -> tuple[str, ...]:
+        """Grounds on which every variant has walked, in their order."""
+        walked = [list(self.cells(one)) for one in self.shown]
+        walked = [grounds for grounds in walked if grounds]
+        first = walked[0] if walked else []
+        return tuple(g for g in first if all(g in grounds for grounds in walked))
 
     @property
     def pairs(self) -> list[tuple[Shown, Shown]]:
@@ -106,12 +114,12 @@ def variants_section(section: Section, context: Context) -> str:
     found = _compared(section, context)
     name = str(section.options["figure"]) or "variants_" + "_".join(section.experiments)
     blocks = [
-        _rows_sentence(found.results),
+        _extent(found),
         _share_table(found),
         _reach_sentence(found),
         _figure(found, context, name),
         _difference_table(found),
-        _agreement_table(found),
+        agreement_table(found.shown),
         details("How to read these tables", HOW_TO_READ),
     ]
     return "\n\n".join(block for block in blocks if block)
@@ -155,10 +163,18 @@ def _base(shown: Sequence[Shown], one: Shown, name: str) -> Shown | None:
     return None if found is one else found
 
 
-def _rows_sentence(results: Results) -> str:
-    """Over which rows shares and differences are taken."""
+def _extent(found: _Compared) -> str:
+    """Over which rows and grounds shares and differences are taken."""
+    results = found.results
     values = ", ".join(escape(with_unit(results, results.rows, row)) for row in results.row_values)
-    return f"All of it is over {path_text(results.rows)} {values}."
+    text = f"Shares and differences are over {path_text(results.rows)} {values}."
+    own = {ground for one in found.shown for ground in found.cells(one)}
+    if found.common and own != set(found.common):
+        names = ", ".join(escape(surface_text(ground)) for ground in found.common)
+        return f"{text} *All* of a share, and the efficiency, are over the grounds of all: {names}."
+    if not found.common and len(own) > 1:
+        return f"{text} No ground is shared by all: *all* and efficiency are of each one's own."
+    return text
 
 
 def _share_table(found: _Compared) -> str:
@@ -169,7 +185,7 @@ def _share_table(found: _Compared) -> str:
         "all",
         "efficiency [95 %]",
     ]
-    rows = [_share_row(found.cells(one), escape(one.label), grounds) for one in found.shown]
+    rows = [_share_row(found, one, grounds) for one in found.shown]
     return table(head, rows, "l")
 
 
@@ -191,12 +207,13 @@ def _reach_sentence(found: _Compared) -> str:
     return f"Steps out of the legs' reach count as not stable: {told}." if told else ""
 
 
-def _share_row(
-    cells: Mapping[str, Sequence[Cell]], label: str, grounds: Sequence[str]
-) -> list[str]:
-    every = [cell for found in cells.values() for cell in found]
+def _share_row(found: _Compared, one: Shown, grounds: Sequence[str]) -> list[str]:
+    cells = found.cells(one)
+    alike = {g: column for g, column in cells.items() if g in found.common} or cells
+    every = [cell for column in alike.values() for cell in column]
     texts = [_share(_count(cells[g])) if g in cells else NOTHING for g in grounds]
-    return [label, *texts, _share(_count(every)) if every else NOTHING, _efficiency(cells)]
+    whole = _share(_count(every)) if every else NOTHING
+    return [escape(one.label), *texts, whole, _efficiency(alike)]
 
 
 def _efficiency(cells: Mapping[str, Sequence[Cell]]) -> str:
@@ -266,28 +283,3 @@ def _difference(contrast: Contrast, verdict: Verdict) -> str:
     sure = verdict not in ("cannot tell", "no data")
     points = difference(contrast).replace(" points", "")
     return points + (f" **{verdict}**" if sure else "")
-
-
-def _agreement_table(found: _Compared) -> str:
-    """Cells with the verdict of the printed table that a variant answers to."""
-    rows = [row for row in map(_agreement_row, found.shown) if row]
-    if not rows:
-        return ""
-    head = ["cells as printed [95 %]", "table", "forward", "backward", "all"]
-    return table(head, rows, "ll")
-
-
-def _agreement_row(one: Shown) -> list[str]:
-    """Empty for a variant that answers to no table or has none of its cells."""
-    if (name := table_of(one.variant)) is None:
-        return []
-    printed = published(name)
-    answer = Answer(
-        table=printed, experiment=one.experiment, results=one.results, variant=one.variant
-    )
-    cells = judged(answer, {})
-    if not cells:
-        return []
-    groups = [[c for c in cells if c.place.direction == d] for d in ("forward", "backward")]
-    texts = [count_text(agreement(group)) if group else NOTHING for group in (*groups, cells)]
-    return [escape(one.label), printed.title, *texts]
