@@ -10,6 +10,7 @@ import pandas as pd
 from gaitlab.report.before_falls.comparing import Contrast
 from gaitlab.report.before_falls.measures import MEASURES
 from gaitlab.report.before_falls.scene import Contrasts
+from gaitlab.report.falls import numbers
 from gaitlab.report.markdown import escape
 from gaitlab.report.words import NOTHING, percent, plural, surface_text
 
@@ -65,8 +66,7 @@ def _ordered(values: pd.Series) -> list[tuple[str, int]]:
 
 
 def _median(values: pd.Series) -> str:
-    known = values.to_numpy(float)
-    known = known[np.isfinite(known)]
+    known = numbers(values)
     return f"{np.median(known):.2g}" if len(known) else NOTHING
 
 

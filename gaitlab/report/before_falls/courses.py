@@ -36,7 +36,7 @@ def courses(log: TrialLog, row: int) -> Courses:
     if len(pieces) < FEWEST:
         return Courses(nan, nan, nan, len(pieces))
     ahead = zmp_ahead(log)
-    offsets = np.array([_median(ahead[piece]) for piece in pieces])
+    offsets = np.array([median(ahead[piece]) for piece in pieces])
     pitch, roll = (
         growth([float(np.ptp(log[name][piece])) for piece in pieces]) for name in ("pitch", "roll")
     )
@@ -70,6 +70,7 @@ def zmp_ahead(log: TrialLog) -> np.ndarray:
     return np.where(count > 0, ahead, np.nan)
 
 
-def _median(values: np.ndarray) -> float:
+def median(values: np.ndarray) -> float:
+    """Median of those that are defined; NaN with none."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else nan

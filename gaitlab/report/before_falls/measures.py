@@ -17,7 +17,7 @@ from gaitlab.metrics.roll_amplitude import roll_amplitude
 from gaitlab.metrics.toe_first_share import toe_first_share
 from gaitlab.metrics.zmp_margin_min import zmp_margin_min
 from gaitlab.metrics.zmp_margin_p5 import zmp_margin_p5
-from gaitlab.report.before_falls.courses import zmp_ahead
+from gaitlab.report.before_falls.courses import median, zmp_ahead
 
 LANDINGS = 2  # gait cycles; a swing that begins before a single one would not count as a landing
 
@@ -75,12 +75,12 @@ def stance_sink(piece: Piece) -> float:
     """Median depth of the centre of the only loaded sole below the top of the pile, in [m]."""
     log, foot = piece.cycle, _stance(piece.cycle)
     height = np.where(foot == 0, log["left_foot_z"], log["right_foot_z"])
-    return _median(log.header.pile_height - height[foot >= 0])
+    return median(log.header.pile_height - height[foot >= 0])
 
 
 def stance_pitch(piece: Piece) -> float:
     """Median pitch of the only loaded sole, toe down positive, in [rad]."""
-    return _median(_sole_pitch(piece.cycle))
+    return median(_sole_pitch(piece.cycle))
 
 
 def stance_rocking(piece: Piece) -> float:
@@ -117,11 +117,6 @@ def _pitch_of(log: TrialLog, side: str) -> np.ndarray:
     return np.arcsin(np.clip(2.0 * (w * y - x * z), -1.0, 1.0))
 
 
-def _median(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else nan
-
-
 DEGREES, MM = degrees(1.0), 1000.0
 MEASURES: dict[str, Measure] = {
     "toe_first": Measure("toe-first landings", "%", 100.0, lambda p: toe_first_share(p.two), 1.0),
@@ -141,7 +136,7 @@ MEASURES: dict[str, Measure] = {
     "margin_min": Measure("smallest ZMP margin", "mm", MM, lambda p: zmp_margin_min(p.cycle)),
     "margin_p5": Measure("ZMP margin, 5th percentile", "mm", MM, lambda p: zmp_margin_p5(p.cycle)),
     "ahead": Measure(
-        "ZMP ahead of the soles' centre", "mm", MM, lambda p: _median(zmp_ahead(p.cycle))
+        "ZMP ahead of the soles' centre", "mm", MM, lambda p: median(zmp_ahead(p.cycle))
     ),
     "lean": Measure("trunk's mean pitch", "°", DEGREES, lambda p: float(p.cycle["pitch"].mean())),
     "pitch": Measure("pitch amplitude", "°", DEGREES, lambda p: pitch_amplitude(p.cycle)),

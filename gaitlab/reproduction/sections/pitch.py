@@ -15,6 +15,7 @@ from math import degrees
 import numpy as np
 import pandas as pd
 
+from gaitlab.report.falls import numbers
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.reference import (
     OPTIMISATION,
@@ -158,10 +159,7 @@ def _cells(trials: pd.DataFrame, printed: Published | None, longest: float) -> l
 
 def _numbers(trials: pd.DataFrame, metric: str) -> np.ndarray:
     """Values of a metric in the runs that have it. Shape (n,)."""
-    if metric not in trials.columns:
-        return np.empty(0)
-    found = pd.to_numeric(trials[metric], errors="coerce").to_numpy(float, na_value=np.nan)
-    return found[np.isfinite(found)]
+    return numbers(trials[metric]) if metric in trials.columns else np.empty(0)
 
 
 def _quartiles(values: Sequence[float], unit: str, digits: int) -> str:
