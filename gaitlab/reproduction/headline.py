@@ -16,7 +16,7 @@ from gaitlab.reproduction.answers import (
     untouched_grounds,
 )
 from gaitlab.reproduction.efficiency import Simulated, claims, simulated
-from gaitlab.reproduction.order import Limits, limits, ordered, ranking
+from gaitlab.reproduction.ground_order import Limits, limits, ordered, ranking
 from gaitlab.reproduction.together import Shown, together
 from gaitlab.statistics import Count, wilson
 
@@ -109,8 +109,15 @@ def _efficiency_line(before: Answer, after: Answer, cells: Sequence[Judged]) -> 
         f"**Efficiency**: {percent(found.without)} {interval(found.without_interval)} → "
         f"{percent(found.with_)} {interval(found.with_interval)}, a gain of "
         f"**{found.gain:+.0f} points** {interval(found.gain_interval)}{_part_of(before)}{basis}; "
-        f"its interval, of the seeds alone, {zero_words(found)}. The paper's gain: {paper}."
+        f"its interval, of the seeds alone ({_seeds(cells)} a cell), {zero_words(found)}. "
+        f"The paper's gain: {paper}."
     )
+
+
+def _seeds(cells: Sequence[Judged]) -> str:
+    """Scored seeds of the cells, the fewest to the most."""
+    least, most = min(c.ours.n for c in cells), max(c.ours.n for c in cells)
+    return str(most) if least == most else f"{least} to {most}"
 
 
 def zero_words(found: Simulated) -> str:

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
+import pandas as pd
+
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment
 from gaitlab.report.forms import write_html, write_tables
@@ -27,6 +29,7 @@ from gaitlab.store import Store
 from gaitlab.trial import PHYSICS_VERSION
 
 REPORTS = Path("reports")
+WALKED = "walked_time"  # metric of a trial, in [s]
 QUICK = "**Quick form**: fewer seeds and points than the whole has, as the members below say."
 TABLES = "tables"  # kind of section that the headline is made from
 
@@ -110,8 +113,9 @@ def _page(reproduction: Reproduction, context: Context) -> str:
         f"# {escape(reproduction.title)}",
         escape(reproduction.description),
         QUICK if "--quick" in reproduction.options else "",
-        _headline(reproduction, context),
         _completeness(reproduction, context),
+        _headline(reproduction, context),
+        _made_by(reproduction, context),
         *(_section(each, context) for each in reproduction.sections),
         _provenance(reproduction, context),
     ]
@@ -126,6 +130,19 @@ def _headline(reproduction: Reproduction, context: Context) -> str:
             calibrated = cast(Calibrated, each.options["calibrated"])
             return headline(answers(context.results, here), calibrated)
     return ""
+
+
+def _made_by(reproduction: Reproduction, context: Context) -> str:
+    """Which command makes the page again, and how much it walks."""
+    every = context.results.values()
+    walked = sum(float(each.done[WALKED].sum()) for each in every if WALKED in each.done)
+    trials = pd.concat([each.trials["trial_id"] for each in every]).nunique()
+    return (
+        f"Made again by {code(run_command(reproduction, context.store))}, then "
+        f"{code(report_command(reproduction, context.store))}: {plural(trials, 'trial')}, "
+        f"{walked / 3600.0:.1f} hours of walking simulated. Intervals are 95 % unless something "
+        "else is said, and of the seeds alone, not of what was assumed."
+    )
 
 
 def _completeness(reproduction: Reproduction, context: Context) -> str:
@@ -181,7 +198,10 @@ def _facts(reproduction: Reproduction, results: Mapping[str, Results]) -> dict[s
     every = [record for each in results.values() for record in records(each)]
     return {
         f"reproduction {reproduction.name}": f"file SHA-256 {_file_digest(reproduction.path)}",
-        "trials": f"{plural(planned, 'planned trial')} of {plural(len(results), 'experiment')}",
+        "trials": (
+            f"{plural(planned, 'planned trial')} of {plural(len(results), 'experiment')}; those "
+            "that experiments share are walked once"
+        ),
         "physics version": str(PHYSICS_VERSION),
         **{name.replace("_", " "): value for name, value in common_values(every).items()},
     }

@@ -15,7 +15,7 @@ from gaitlab.reproduction.answers import (
     require_known,
     untouched_grounds,
 )
-from gaitlab.reproduction.order import NOWHERE, limits, ordered, ranking
+from gaitlab.reproduction.ground_order import NOWHERE, limits, ordered, ranking
 from tests.reproduction.printed import printed_results
 
 CALIBRATED = {

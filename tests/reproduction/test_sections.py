@@ -48,13 +48,15 @@ def test_the_headline_is_three_lines_that_count_predicted_cells_apart() -> None:
     assert "**27 of 28** forward cells as printed, **13 of the 14 predicted** ones, all on" in after
     assert "grass 50 mm and grass 10 mm (calling each of them stable gives 11)" in after
     assert "50 % [50–50] → 78 % [78–78], a gain of **+28 points** [28–28]" in gain
-    assert "chosen on 42 of the 80 cells; its interval, of the seeds alone, excludes zero" in gain
+    assert (
+        "chosen on 42 of the 80 cells; its interval, of the seeds alone (40 a cell), excl" in gain
+    )
     assert "+48 as stated (32 → 80 %), +30 as its tables count (50 → 80 %)" in gain
 
 
 def test_the_headline_claims_no_gain_where_both_gaits_do_the_same() -> None:
     found = answers({"a": printed_results(lambda table, place, stable, seed: seed % 2)}, ["a"])
-    assert "of the seeds alone, holds zero" in headline(found, {})
+    assert "of the seeds alone (4 a cell), holds zero" in headline(found, {})
 
 
 def test_the_headline_says_over_how_many_cells_if_not_all_are_there() -> None:

@@ -29,8 +29,8 @@ from gaitlab.reproduction.answers import (
 )
 from gaitlab.reproduction.efficiency import Simulated, claims
 from gaitlab.reproduction.gaps import gaps_sentence
+from gaitlab.reproduction.ground_order import NOWHERE, limits
 from gaitlab.reproduction.headline import count_text, efficiencies, first_answers, order_sentence
-from gaitlab.reproduction.order import NOWHERE, limits
 from gaitlab.reproduction.section import Context, Section, option
 from gaitlab.statistics import Count
 
