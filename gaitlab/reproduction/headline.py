@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.reference import TABLES
 from gaitlab.report.words import interval, percent, share, surface_text
 from gaitlab.reproduction.answers import (
     Answer,
@@ -71,7 +72,8 @@ def _table_line(answer: Answer, cells: Sequence[Judged]) -> str:
     pairs = ordered(limits(cells))
     if pairs.pairs:
         parts.append(f"{pairs.right} of {pairs.pairs} pairs of pedestals in the paper's order")
-    return f"**{answer.table.title}**: {'; '.join(parts)}."
+    gait = f"{TABLES[answer.table.name]} optimisation"
+    return f"**{answer.table.title}**, {gait}: {'; '.join(parts)}."
 
 
 def _of(cells: Sequence[Judged]) -> str:

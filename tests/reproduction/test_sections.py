@@ -42,6 +42,8 @@ def one_cell_off(table, place, stable, seed) -> bool:
 def test_the_headline_is_three_lines_that_count_predicted_cells_apart() -> None:
     found = answers({"a": printed_results(one_cell_off, seeds=40)}, ["a"])
     before, after, gain = headline(found, CALIBRATED).splitlines()
+    assert before.startswith("- **Table 7**, without optimisation: ")
+    assert after.startswith("- **Table 8**, with optimisation: ")
     assert "**28 of 28** forward cells as printed (constants were chosen on them)" in before
     assert "**12 of 12** backward cells (predicted; calling each of them stable gives 9)" in before
     assert "5 of 5 pairs of pedestals in the paper's order" in before
