@@ -152,6 +152,20 @@ def test_the_page_names_what_matters_and_nothing_else(experiment, tmp_path) -> N
         assert (tmp_path / name).stat().st_size > 1000
 
 
+def test_a_box_without_what_is_otherwise_set_says_so(tmp_path: Path) -> None:
+    apart = read(tmp_path, SWEEP.replace("{low: 0.5, high: 2.0, log: true}", "{low: 1.5, high: 2}"))
+    text = page(apart, results_of(apart, up), tmp_path)
+    assert (
+        "**What is otherwise set lies outside of this box: friction scale, 1.5 to 2: 1.**" in text
+    )
+
+
+def test_seeds_that_all_points_share_are_named(experiment, tmp_path) -> None:
+    text = page(experiment, results_of(experiment, up), tmp_path)
+    assert "same steps and seeds, 0 to 1 at every point" in text
+    assert "outside of this box" not in text
+
+
 def test_signs_add_up_to_all_points(experiment, tmp_path) -> None:
     text = page(experiment, results_of(experiment, up), tmp_path)
     gains = sweep_of(experiment, results_of(experiment, up)).by_ground["grass_50mm"].improvement

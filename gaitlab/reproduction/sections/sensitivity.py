@@ -16,6 +16,7 @@ import numpy as np
 from gaitlab.experiment import Experiment, Quantity
 from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import escape, image, table
+from gaitlab.report.provenance import seeds_text
 from gaitlab.report.words import NOTHING, plural, share, surface_text
 from gaitlab.reproduction.figures.effect_dots import LEVEL, effect_dots
 from gaitlab.reproduction.section import Context, Section, option
@@ -78,11 +79,15 @@ def _member(experiment: Experiment, labels: Mapping[str, str], context: Context)
         return f"No point of {escape(experiment.name)} has been simulated completely yet."
     names = [_quantity(item, experiment, labels) for item in sweep.design.box]
     return "\n\n".join(
-        [_setting(sweep), _signs(sweep), *_effects(sweep, names, experiment, context)]
+        [
+            _setting(sweep, experiment, names),
+            _signs(sweep),
+            *_effects(sweep, names, experiment, context),
+        ]
     )
 
 
-def _setting(sweep: Sweep) -> str:
+def _setting(sweep: Sweep, experiment: Experiment, names: Sequence[str]) -> str:
     """What was walked at how many points."""
     without, with_it = (f"*{escape(label)}*" for label in sweep.labels)
     count = len(sweep.design.box)
@@ -90,11 +95,28 @@ def _setting(sweep: Sweep) -> str:
     text = (
         f"{plural(len(sweep.places), 'point')} of a box {edges}; at each, "
         f"{plural(sweep.walks, 'walk')} of {without} and as many of {with_it} on the same grounds, "
-        "with the same steps and seeds."
+        f"with the same steps and seeds, {seeds_text(experiment.seeds)} at every point: what is "
+        "peculiar to them is in all points, and no interval below tells of it."
     )
     if sweep.left_out:
         text += f" {plural(sweep.left_out, 'point')} with missing or failed walks left out."
-    return text
+    return f"{text}{_beyond(experiment, names)}"
+
+
+def _beyond(experiment: Experiment, names: Sequence[str]) -> str:
+    """What the experiment itself is set to outside of the box; empty if the box holds it."""
+    found = []
+    for item, name in zip(_box(experiment), names, strict=True):
+        values = [float(value) for value in experiment.parts.base_values(item.range.path)]
+        outside = [v for v in values if not item.range.low <= v <= item.range.high]
+        if outside:
+            found.append(f"{escape(name)}: {', '.join(f'{value:.3g}' for value in outside)}")
+    told = "; ".join(found)
+    return f" **What is otherwise set lies outside of this box: {told}.**" if told else ""
+
+
+def _box(experiment: Experiment) -> tuple[Quantity, ...]:
+    return () if experiment.design is None else experiment.design.box
 
 
 def _signs(sweep: Sweep) -> str:
