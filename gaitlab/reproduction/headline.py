@@ -71,9 +71,18 @@ def _table_line(answer: Answer, cells: Sequence[Judged]) -> str:
     ]
     pairs = ordered(limits(cells))
     if pairs.pairs:
-        parts.append(f"{pairs.right} of {pairs.pairs} pairs of pedestals in the paper's order")
+        order = f"{pairs.right} of {pairs.pairs} pairs of pedestals in the paper's order"
+        parts.append(f"{order}{_order_basis(cells)}")
     gait = f"{TABLES[answer.table.name]} optimisation"
     return f"**{answer.table.title}**, {gait}: {'; '.join(parts)}."
+
+
+def _order_basis(cells: Sequence[Judged]) -> str:
+    """Whether constants were chosen on the rows that the order of the grounds comes from."""
+    chosen = [cell.calibrated for cell in cells if cell.place.direction == "forward"]
+    if not any(chosen):
+        return " (predicted)"
+    return f" (constants were chosen on {'all' if all(chosen) else 'some'} of the forward cells)"
 
 
 def _of(cells: Sequence[Judged]) -> str:

@@ -18,6 +18,7 @@ from gaitlab.report.gather import gather
 from gaitlab.report.markdown import code, escape, fenced, section, table
 from gaitlab.report.provenance import common_values, facts_table, part_tables, seeds_text
 from gaitlab.report.results import Results
+from gaitlab.report.scores import SCORED
 from gaitlab.report.sources import records, sources, store_option
 from gaitlab.report.words import plural
 from gaitlab.reproduction.answers import Calibrated, answers
@@ -136,10 +137,13 @@ def _made_by(reproduction: Reproduction, context: Context) -> str:
     """Which command makes the page again, and how much it walks."""
     every = context.results.values()
     walked = sum(float(each.done[WALKED].sum()) for each in every if WALKED in each.done)
-    trials = pd.concat([each.trials["trial_id"] for each in every]).nunique()
+    trials = pd.concat([each.trials[["trial_id", "state"]] for each in every])
+    trials = trials.drop_duplicates("trial_id")
+    done, planned = int(trials["state"].isin(SCORED).sum()), len(trials)
+    counted = f"{done} of {plural(planned, 'trial')}" if done < planned else plural(done, "trial")
     return (
         f"Made again by {code(run_command(reproduction, context.store))}, then "
-        f"{code(report_command(reproduction, context.store))}: {plural(trials, 'trial')}, "
+        f"{code(report_command(reproduction, context.store))}: {counted}, "
         f"{walked / 3600.0:.1f} hours of walking simulated. Intervals are 95 % unless something "
         "else is said, and of the seeds alone, not of what was assumed."
     )
@@ -217,7 +221,7 @@ def _members(context: Context) -> str:
 def _member_row(member: Experiment, context: Context) -> list[str]:
     found = context.results.get(member.name)
     trials = [] if found is None else list(found.trials["state"])
-    done = sum(state in ("DONE", "INFEASIBLE") for state in trials)
+    done = sum(state in SCORED for state in trials)
     return [
         escape(member.name),
         _file_digest(member.path),
