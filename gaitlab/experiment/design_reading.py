@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from gaitlab.documents import Node, build, check
+from gaitlab.documents import Node, build, check, collected
 from gaitlab.errors import FileError, Problem, WrongValue
 from gaitlab.experiment.design import MOST_POINTS, Design, Follower, Quantity
 from gaitlab.experiment.parts import Parts
@@ -72,11 +72,7 @@ def read_design(section: Node | None, parts: Parts) -> Design | None:
     if section is None:
         return None
     problems: list[Problem] = []
-    keys: DesignSections | None = None
-    try:
-        keys = build(DesignSections, section, skip=())
-    except FileError as error:
-        problems += error.problems
+    keys = collected(problems, lambda: build(DesignSections, section, skip=()))
     box = _box(section, parts, problems) if section.mapping else ()
     if problems or keys is None:
         raise FileError(problems)
@@ -111,11 +107,10 @@ def _quantity(path: str, box: Node, parts: Parts, problems: list[Problem]) -> Qu
         return None
     problems += unknown_keys(item, node, KEYS)
     followers = _followers(path, node.mapping.get("with"), parts, problems)
-    try:
-        low, high, _, log = read_ends(item, node.without("step"), EXPECTED)
-    except FileError as error:
-        problems += error.problems
+    ends = collected(problems, lambda: read_ends(item, node.without("step"), EXPECTED))
+    if ends is None:
         return None
+    low, high, _, log = ends
     numbers = Numbers(path=path, low=low, high=high, log=log, integer=item.type is int)
     return Quantity(range=numbers, followers=tuple(followers))
 
@@ -155,11 +150,10 @@ def _follower(path: str, moved: Node, parts: Parts, problems: list[Problem]) -> 
         message = f"{path}: found {found}; expected two, [at the low end, at the high end]"
         problems.append(node.problem(message))
         return None
-    try:
-        low, high = (check(item, value) for value in node.items)
-    except FileError as error:
-        problems += error.problems
+    ends = collected(problems, lambda: [check(item, value) for value in node.items])
+    if ends is None:
         return None
+    low, high = ends
     return Follower(path=path, low=low, high=high, integer=item.type is int)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from gaitlab.documents import Node, build, dump, plain
+from gaitlab.documents import Node, build, collected, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_parts
 from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
@@ -211,17 +211,10 @@ def _varied(
     """Axes and the design among them; the mistakes of both are reported together."""
     problems: list[Problem] = []
     places = dict(box_paths(sections.design))
-    design: Design | None = None
-    axes: tuple[Axis, ...] = ()
-    try:
-        design = read_design(sections.design, parts)
-    except FileError as error:
-        problems += error.problems
-    try:
-        axes = read_axes(sections, parts, columns, design.axis() if design else None, places)
-    except FileError as error:
-        problems += error.problems
-    if problems:
+    design = collected(problems, lambda: read_design(sections.design, parts))
+    drawn = design.axis() if design else None
+    axes = collected(problems, lambda: read_axes(sections, parts, columns, drawn, places))
+    if problems or axes is None:
         raise FileError(problems)
     return axes, design
 
