@@ -162,7 +162,7 @@ def test_a_box_without_what_is_otherwise_set_says_so(tmp_path: Path) -> None:
 
 def test_seeds_that_all_points_share_are_named(experiment, tmp_path) -> None:
     text = page(experiment, results_of(experiment, up), tmp_path)
-    assert "same steps and seeds, 0 to 1 at every point" in text
+    assert "over step length 0.02, 0.04, 0.06, 0.08, with the same seeds, 0 to 1 at every" in text
     assert "outside of this box" not in text
 
 

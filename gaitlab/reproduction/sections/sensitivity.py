@@ -17,7 +17,8 @@ from gaitlab.experiment import Experiment, Quantity
 from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.provenance import seeds_text
-from gaitlab.report.words import NOTHING, plural, share, surface_text
+from gaitlab.report.results import Results
+from gaitlab.report.words import NOTHING, path_text, plural, share, surface_text, with_unit
 from gaitlab.reproduction.figures.effect_dots import LEVEL, effect_dots
 from gaitlab.reproduction.section import Context, Section, option
 from gaitlab.reproduction.swept import Sides, Sweep, sweep_of
@@ -74,20 +75,27 @@ def sensitivity_section(section: Section, context: Context) -> str:
 
 
 def _member(experiment: Experiment, labels: Mapping[str, str], context: Context) -> str:
-    sweep = sweep_of(experiment, context.results[experiment.name])
+    results = context.results[experiment.name]
+    sweep = sweep_of(experiment, results)
     if not len(sweep.places):
         return f"No point of {escape(experiment.name)} has been simulated completely yet."
     names = [_quantity(item, experiment, labels) for item in sweep.design.box]
     return "\n\n".join(
         [
-            _setting(sweep, experiment, names),
+            _setting(sweep, experiment, results, names),
             _signs(sweep),
             *_effects(sweep, names, experiment, context),
         ]
     )
 
 
-def _setting(sweep: Sweep, experiment: Experiment, names: Sequence[str]) -> str:
+def _rows(results: Results) -> str:
+    """What every point walks: `step length 0.02 m, 0.06 m`."""
+    values = ", ".join(escape(with_unit(results, results.rows, row)) for row in results.row_values)
+    return f"{path_text(results.rows)} {values}"
+
+
+def _setting(sweep: Sweep, experiment: Experiment, results: Results, names: Sequence[str]) -> str:
     """What was walked at how many points."""
     without, with_it = (f"*{escape(label)}*" for label in sweep.labels)
     count = len(sweep.design.box)
@@ -95,28 +103,24 @@ def _setting(sweep: Sweep, experiment: Experiment, names: Sequence[str]) -> str:
     text = (
         f"{plural(len(sweep.places), 'point')} of a box {edges}; at each, "
         f"{plural(sweep.walks, 'walk')} of {without} and as many of {with_it} on the same grounds, "
-        f"with the same steps and seeds, {seeds_text(experiment.seeds)} at every point: what is "
-        "peculiar to them is in all points, and no interval below tells of it."
+        f"over {_rows(results)}, with the same seeds, {seeds_text(experiment.seeds)} at every "
+        "point: what is peculiar to them is in all points, and no interval below tells of it."
     )
     if sweep.left_out:
         text += f" {plural(sweep.left_out, 'point')} with missing or failed walks left out."
-    return f"{text}{_beyond(experiment, names)}"
+    return f"{text}{_beyond(sweep, experiment, names)}"
 
 
-def _beyond(experiment: Experiment, names: Sequence[str]) -> str:
+def _beyond(sweep: Sweep, experiment: Experiment, names: Sequence[str]) -> str:
     """What the experiment itself is set to outside of the box; empty if the box holds it."""
     found = []
-    for item, name in zip(_box(experiment), names, strict=True):
+    for item, name in zip(sweep.design.box, names, strict=True):
         values = [float(value) for value in experiment.parts.base_values(item.range.path)]
         outside = [v for v in values if not item.range.low <= v <= item.range.high]
         if outside:
             found.append(f"{escape(name)}: {', '.join(f'{value:.3g}' for value in outside)}")
     told = "; ".join(found)
     return f" **What is otherwise set lies outside of this box: {told}.**" if told else ""
-
-
-def _box(experiment: Experiment) -> tuple[Quantity, ...]:
-    return () if experiment.design is None else experiment.design.box
 
 
 def _signs(sweep: Sweep) -> str:
