@@ -138,9 +138,9 @@ def _made_by(reproduction: Reproduction, context: Context) -> str:
     every = context.results.values()
     walked = sum(float(each.done[WALKED].sum()) for each in every if WALKED in each.done)
     trials = pd.concat([each.trials[["trial_id", "state"]] for each in every])
-    trials = trials.drop_duplicates("trial_id")
-    done, planned = int(trials["state"].isin(SCORED).sum()), len(trials)
-    counted = f"{done} of {plural(planned, 'trial')}" if done < planned else plural(done, "trial")
+    done = int(trials.drop_duplicates("trial_id")["state"].isin(SCORED).sum())
+    whole = len(context.results) == len(context.experiments) and trials["state"].isin(SCORED).all()
+    counted = plural(done, "trial") + ("" if whole else " so far")
     return (
         f"Made again by {code(run_command(reproduction, context.store))}, then "
         f"{code(report_command(reproduction, context.store))}: {counted}, "

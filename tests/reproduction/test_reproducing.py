@@ -183,6 +183,7 @@ def test_a_page_of_which_a_part_was_run_says_what_is_missing(gaitlab) -> None:
     assert "**Incomplete.**" in page
     assert "eros\\_table8: none of its trials is in the store" in page
     assert "Without eros\\_table8, of which nothing was run." in page
+    assert " trials so far, " in page
     assert page.index("**Incomplete.**") < page.index("**Table 7**, without optimisation: **")
 
 

@@ -61,8 +61,8 @@ The backward blocks of the two tables are printed identical, and the percentages
 states for Table 7 do not fit its own; the backward rows therefore say little about the simulation,
 and the forward rows are counted apart."""
 SEEDS = """\
-Intervals in this table are of the seeds alone: of what was assumed and of the choice of constants
-there is nothing in them."""
+Intervals in this table are of the seeds alone, cells taken as independent: of what was assumed and
+of the choice of constants there is nothing in them."""
 LIMITS = "Longest printed distance up to which every forward row is stable."
 CLAIMS = """\
 The text states 32 → 80 %; counting the printed cells gives 50 → 80 %. With 0, 0, 0 and 2 stable
