@@ -27,7 +27,7 @@ from gaitlab.surfaces import SURFACE_TYPES, Surface
 
 # Raise it when a change of the simulation, of a shipped gait or of a shipped robot gives other
 # numbers for the same trial: every stored result is then simulated anew.
-PHYSICS_VERSION = 1
+PHYSICS_VERSION = 2
 CODED: tuple[CodeKind, ...] = ("robot", "gait", "balance")  # parts of a trial that are code
 ID_LENGTH = 32  # hex digits, 128 bits: no collision in any store
 

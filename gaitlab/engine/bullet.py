@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from gaitlab.body import Robot, gantry_of
 from gaitlab.errors import GaitlabError
@@ -124,3 +126,27 @@ def indices(client: BulletClient, body: int) -> Indices:
     info = [client.getJointInfo(body, index) for index in range(client.getNumJoints(body))]
     joint = {row[1].decode(): index for index, row in enumerate(info)}
     return Indices(joint, {row[12].decode(): index for index, row in enumerate(info)})
+
+
+def mobility(client: BulletClient, body: int, joints: Sequence[int]) -> np.ndarray:
+    """Inverse of a body's mass matrix in its present pose, at some of its joints.
+
+    How fast joints start to turn, in [rad/s], under unit impulses on them, in [N m s], while all
+    others are free. Gears and contacts are left out, so it is the most it can be.
+
+    Args:
+        client: The world.
+        body: The robot.
+        joints: Bullet's indices of the joints that are looked at.
+
+    Returns:
+        In [1/(kg m^2)]. Shape (joints, joints).
+    """
+    info = (client.getJointInfo(body, index) for index in range(client.getNumJoints(body)))
+    moving = [row[0] for row in info if row[2] != pybullet.JOINT_FIXED]
+    angles = [client.getJointState(body, index)[0] for index in moving]
+    mass = np.array(client.calculateMassMatrix(body, angles))
+    # The six of a free base come first.
+    at = len(mass) - len(moving) + np.array([moving.index(joint) for joint in joints], dtype=int)
+    inverse: np.ndarray = np.linalg.inv(mass)[np.ix_(at, at)]
+    return inverse

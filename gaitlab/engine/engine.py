@@ -17,6 +17,7 @@ from gaitlab.engine.bullet import (
     add_plane,
     add_robot,
     indices,
+    mobility,
     new_world,
 )
 from gaitlab.engine.couplings import add_couplings
@@ -96,7 +97,8 @@ class Engine:
         add_couplings(self._client, self._body, couplings_of(robot), found.joint)
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
-        self._servos = ServoBank(servos, gain, settings.dt, pose[self._driven])
+        loose = mobility(self._client, self._body, self._joints)
+        self._servos = ServoBank(servos, gain, settings.dt, pose[self._driven], loose)
         self._pile = self._grow(robot, surface, settings, spread)
         self._now: np.ndarray | None = None
         self._bind()
@@ -173,8 +175,8 @@ class Engine:
 
     def command(self, target: np.ndarray) -> None:
         """Send targets in [rad] to the servos; each acts after its latency. Shape (joints,)."""
-        position, velocity, _ = self._read_joints()[:, self._driven]
-        speed, torque = self._servos.drive(target[self._driven], position, velocity)
+        position, velocity, applied = self._read_joints()[:, self._driven]
+        speed, torque = self._servos.drive(target[self._driven], position, velocity, applied)
         self._motors(
             self._body, self._joints, VELOCITY_CONTROL, targetVelocities=speed, forces=torque
         )

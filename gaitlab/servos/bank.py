@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitlab.servos.law import drive, servo_row
+from gaitlab.servos.law import drive, feedback, servo_row
 from gaitlab.servos.servo import Servo
 
 
@@ -32,7 +32,12 @@ class ServoBank:
     """Servos in joint order, with the targets that are still on their way."""
 
     def __init__(
-        self, servos: Sequence[Servo], gain_scale: np.ndarray, dt: float, pose: np.ndarray
+        self,
+        servos: Sequence[Servo],
+        gain_scale: np.ndarray,
+        dt: float,
+        pose: np.ndarray,
+        mobility: np.ndarray,
     ) -> None:
         """Servos at rest.
 
@@ -41,8 +46,11 @@ class ServoBank:
             gain_scale: Factor on the position gain of each. Shape (joints,).
             dt: Time step, in [s].
             pose: Targets until the first command arrives, in [rad]. Shape (joints,).
+            mobility: Inverse of the robot's mass matrix at these joints, in [1/(kg m^2)].
+                Shape (joints, joints).
         """
-        self._row = servo_row(servos, gain_scale, dt)
+        self._row = servo_row(servos, gain_scale)
+        self._memory = feedback(self._row.damping, mobility, dt)
         self._delays = np.array([servo.latency for servo in servos])
         self._alike = len(set(self._delays)) == 1
         longest = int(self._delays.max(initial=0))
@@ -50,7 +58,11 @@ class ServoBank:
         self._speed, self._torque = np.zeros(len(servos)), np.zeros(len(servos))
 
     def drive(
-        self, target: np.ndarray, position: np.ndarray, velocity: np.ndarray
+        self,
+        target: np.ndarray,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        applied: np.ndarray,
     ) -> tuple[list[float], list[float]]:
         """What to ask of the engine in this tick.
 
@@ -58,12 +70,14 @@ class ServoBank:
             target: Targets sent now, in [rad]. Shape (joints,).
             position: Joint positions, in [rad]. Shape (joints,).
             velocity: Joint velocities, in [rad/s]. Shape (joints,).
+            applied: Torques of the last tick, in [N m]. Shape (joints,).
 
         Returns:
             Speeds to head for, in [rad/s], and largest torques, in [N m], in joint order.
         """
         self._targets.append(target)
-        drive(self._row, self._arrived(), position, velocity, self._speed, self._torque)
+        due = self._arrived()
+        drive(self._row, self._memory, due, position, velocity, applied, self._speed, self._torque)
         return self._speed.tolist(), self._torque.tolist()
 
     def _arrived(self) -> np.ndarray:

@@ -44,8 +44,9 @@ def test_seeds_differ_and_repeat() -> None:
 
 def test_every_servo_hears_a_target_after_its_own_latency() -> None:
     servos: list[Servo] = [replace(AX_12, latency=n) for n in (0, 1, 3)]
-    bank = ServoBank(servos, np.ones(3), 0.002, np.zeros(3))
-    heard = [bank.drive(np.ones(3), np.zeros(3), np.zeros(3))[0] for _ in range(5)]
+    bank = ServoBank(servos, np.ones(3), 0.002, np.zeros(3), np.eye(3))
+    still = np.zeros(3)
+    heard = [bank.drive(np.ones(3), still, still, still)[0] for _ in range(5)]
     moving = np.array(heard) > 0.0
     assert moving.argmax(axis=0).tolist() == [0, 1, 3]
     assert moving[-1].all()

@@ -1,4 +1,4 @@
-"""Laws of the DC-motor servo."""
+"""Laws of the DC-motor servo, one tick at a time; tests/servos/test_motor_bench.py has it in Bullet."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.servos import Servo
-from gaitlab.servos.law import drive, servo_row, torque_limit
+from gaitlab.servos.law import drive, feedback, servo_row, torque_limit
 
 SERVO = Servo(
     stall_torque=6.0, no_load_speed=6.6, voltage=12.0, supply=12.0, torque_limit=0.6,
@@ -20,12 +20,15 @@ speeds = st.floats(-12.0, 12.0)
 
 
 def driven(
-    servo: Servo, target: float, position: float = 0.0, velocity: float = 0.0, dt: float = 0.002
+    servo: Servo, target: float, position: float = 0.0, velocity: float = 0.0
 ) -> tuple[float, float]:
-    """Speed [rad/s] the servo heads for and torque [N m] it has."""
+    """Speed [rad/s] a servo heads for and torque [N m] it has, on a joint as heavy as a mountain."""
     speed, torque = np.zeros(1), np.zeros(1)
-    row = servo_row([servo], np.ones(1), dt)
-    drive(row, np.array([target]), np.array([position]), np.array([velocity]), speed, torque)
+    row = servo_row([servo], np.ones(1))
+    memory = feedback(row.damping, np.full((1, 1), 1e-9), 0.002)
+    memory.velocity[:] = velocity
+    at, turning = np.array([position]), np.array([velocity])
+    drive(row, memory, np.array([target]), at, turning, np.zeros(1), speed, torque)
     return float(speed[0]), float(torque[0])
 
 
@@ -48,11 +51,12 @@ def test_turning_everything_round_turns_the_answer_round(
 
 
 @given(speeds)
-def test_a_servo_that_drives_never_exceeds_its_torque_speed_line(velocity: float) -> None:
-    velocity = abs(velocity)
-    _, torque = driven(replace(SERVO, torque_limit=1.0), 2.0, 0.0, velocity)
-    line = SERVO.stall_torque * (1.0 - velocity / SERVO.no_load_speed)
-    assert torque <= max(line, 0.0) + 1e-12
+def test_at_full_duty_the_torque_lies_on_the_torque_speed_line(velocity: float) -> None:
+    servo = replace(SERVO, torque_limit=1.0)
+    speed, bound = driven(servo, 2.0, 0.0, velocity)
+    line = servo.stall_torque * (1.0 - velocity / servo.no_load_speed)
+    expected = np.clip(line, -servo.stall_torque, servo.stall_torque)
+    assert np.isclose(np.sign(speed - velocity) * bound, expected, atol=1e-6)
 
 
 def test_at_rest_the_torque_is_proportional_to_the_error_until_it_saturates() -> None:
@@ -81,9 +85,34 @@ def test_a_lower_battery_lowers_torque_and_speed_in_proportion() -> None:
     assert np.isclose(driven(tired, 2.0)[0], 0.75 * driven(SERVO, 2.0)[0])
 
 
-def test_a_smaller_time_step_lets_more_velocity_feedback_through() -> None:
-    """The implicit feedback tends to the motor's damping as the step vanishes."""
-    damping = SERVO.stall_torque / SERVO.no_load_speed
-    coarse, fine = (servo_row([SERVO], np.ones(1), dt).feedback[0] for dt in (2e-3, 1e-8))
-    assert coarse < fine < damping
-    assert np.isclose(fine, damping, rtol=1e-4)
+@given(st.floats(1e-5, 10.0), st.floats(1e-4, 4e-3), st.floats(-3.0, 3.0))
+def test_a_free_joint_moves_by_the_implicit_step_of_the_law(
+    inertia: float, dt: float, target: float
+) -> None:
+    """J (v' - v) / dt = damping (speed - v'), tick after tick, however light the link is."""
+    servo = replace(SERVO, torque_limit=1.0)
+    row = servo_row([servo], np.ones(1))
+    memory = feedback(row.damping, np.full((1, 1), 1.0 / inertia), dt)
+    position, velocity, applied = np.zeros(1), np.zeros(1), np.zeros(1)
+    speed, bound = np.zeros(1), np.zeros(1)
+    for _ in range(20):
+        drive(row, memory, np.array([target]), position, velocity, applied, speed, bound)
+        torque = float(np.sign(speed - velocity)[0]) * bound
+        expected = (velocity + memory.ratio * speed) / (1.0 + memory.ratio)
+        within = np.abs(row.damping * (speed - expected)) < row.limit
+        velocity, applied = velocity + torque * dt / inertia, torque
+        assert not within or np.allclose(velocity, expected, atol=1e-6)
+        position = position + velocity * dt
+
+
+@given(st.integers(1, 8), st.integers(0, 1000))
+def test_the_prediction_outweighs_whatever_shakes_the_joints(joints: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(joints, joints + 2)) * np.exp(rng.normal(0.0, 2.0, (joints, 1)))
+    damping, mobility = rng.uniform(0.1, 5.0, joints), root @ root.T
+    found = feedback(damping, mobility, 0.002)
+    coupled = 0.002 * np.sqrt(np.outer(damping, damping)) * mobility
+    spare = np.diag(2.0 / 3.0 + 4.0 / 3.0 * found.ratio) - coupled
+    assert np.linalg.eigvalsh(spare)[0] >= -1e-9 * np.abs(coupled).max()
+    assert np.all(found.ratio >= np.diag(coupled) * (1.0 - 1e-12))
+    assert np.all((found.lead >= 0.0) & (found.lead < 1.0))
