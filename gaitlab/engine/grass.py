@@ -10,9 +10,11 @@ from gaitlab.body import Robot
 from gaitlab.engine.bullet import WORLD_FRAME, BulletClient, add_plane, links
 from gaitlab.log import GRAVITY
 from gaitlab.surfaces.ground import new_footprint, pile_for, under_right_foot
-from gaitlab.surfaces.press import press
+from gaitlab.surfaces.press import press, stand
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, TuftedPile
 
+HIGHEST = 0.1  # m, by which a robot may have to be lifted to where its pile carries it
+HALVINGS = 45  # of twice that, down to less than a thousandth of a micrometre
 PARKED = -1.0  # m, where a tangent plane waits while its foot is in the air
 
 
@@ -33,6 +35,7 @@ class PileUnderFeet:
 
     Attributes:
         plough: Plough force on the left and the right foot in the last tick, world x and y, [N].
+        push: All that pushed them sideways beside Bullet's contacts, likewise.
     """
 
     def __init__(
@@ -62,9 +65,27 @@ class PileUnderFeet:
         self._planes = [_own_plane(client, body, foot) for foot in feet]
         self._footprints = [new_footprint(len(pile.supports)) for _ in feet]
         self.plough = [(0.0, 0.0) for _ in feet]
+        self.push = list(self.plough)
         self._link_states, self._move = client.getLinkStates, client.resetBasePositionAndOrientation
         self._soften = client.changeDynamics
-        self._push, self._twist = client.applyExternalForce, client.applyExternalTorque
+        self._force, self._torque = client.applyExternalForce, client.applyExternalTorque
+
+    def settle(self, weight: float) -> float:
+        """Let the feet have stood for long; how far the robot has to be lifted for that, in [m].
+
+        Args:
+            weight: What the pile under both feet is to carry, in [N].
+        """
+        states = self._link_states(self._body, self._feet, 1, 1)
+        low, high = -HIGHEST, HIGHEST
+        for _ in range(HALVINGS):
+            lift = 0.5 * (low + high)
+            carried = 0.0
+            for pile, footprint, state in zip(self._piles, self._footprints, states, strict=True):
+                x, y, z = state[4]
+                carried += stand(pile, footprint, (x, y, z + lift), state[5])
+            low, high = (lift, high) if carried > weight else (low, lift)
+        return lift
 
     def press(self) -> None:
         """Set plane and plough force of each foot for the coming tick."""
@@ -86,16 +107,16 @@ class PileUnderFeet:
     ) -> None:
         plane, footprint, pile = self._planes[side], self._footprints[side], self._piles[side]
         support = press(pile, footprint, origin, quaternion, centre, velocity, spin, self._dt)
-        tilt_x, tilt_y = support.tilt
-        self._move(plane, support.point, (tilt_x / 2.0, tilt_y / 2.0, 0.0, 1.0))
-        self.plough[side] = support.force
+        self._move(plane, support.point, support.turn)
+        self.plough[side], self.push[side] = support.plough, support.push
         if support.active:
-            damping = pile.relaxation_time * support.stiffness
-            self._soften(plane, -1, contactStiffness=support.stiffness, contactDamping=damping)
-        if support.force != (0.0, 0.0):
+            self._soften(
+                plane, -1, contactStiffness=support.stiffness, contactDamping=support.damping
+            )
+        if support.push != (0.0, 0.0):
             foot = self._feet[side]
-            self._push(self._body, foot, (*support.force, 0.0), centre, WORLD_FRAME)
-            self._twist(self._body, foot, support.torque, WORLD_FRAME)
+            self._force(self._body, foot, (*support.push, 0.0), centre, WORLD_FRAME)
+            self._torque(self._body, foot, support.torque, WORLD_FRAME)
 
 
 def _own_plane(client: BulletClient, body: int, foot: int) -> int:

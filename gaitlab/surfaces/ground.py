@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.soles import Sole
+from gaitlab.soles import SUPPORT_RADIUS, Sole
 from gaitlab.surfaces.surface import FibreMat, TuftedPile
 
 CELLS = 128  # cells along each side before the irregularity repeats
@@ -25,6 +25,7 @@ class Pile(NamedTuple):
         relaxation_time: Damping over stiffness, in [s].
         supports: Support points in the foot link frame, in [m]. Shape (m, 3).
         corners: Corners of the sole: rear right, rear left, front right, front left. Shape (4, 3).
+        ball: Radius of the balls of which the supports are the lowest points, in [m].
         size: Sole length and width, in [m]. Shape (2,).
         height_field: Relative local pile height over its mean, minus one. Shape (CELLS, CELLS).
         density_field: Factor on the plough force. Shape (CELLS, CELLS).
@@ -36,6 +37,7 @@ class Pile(NamedTuple):
     relaxation_time: float
     supports: np.ndarray
     corners: np.ndarray
+    ball: float
     size: np.ndarray
     height_field: np.ndarray
     density_field: np.ndarray
@@ -63,17 +65,21 @@ class Support(NamedTuple):
     Attributes:
         active: False when the foot is clear of the pile.
         point: A point of the tangent plane, world frame, in [m].
-        tilt: Its small rotation about world x and y, in [rad].
-        stiffness: Per support point, in [N/m].
-        force: Plough force on the foot, world x and y, in [N].
-        torque: Torque of the plough force about the foot's centre of mass, in [N m].
+        turn: Its orientation, xyzw.
+        stiffness: Along its normal, per support point, in [N/m].
+        damping: Likewise, in [N s/m].
+        plough: Plough force on the foot, world x and y, in [N].
+        push: The same with what takes the sideways part of a sloping plane's force away, in [N].
+        torque: Torque of `push` about the foot's centre of mass, in [N m].
     """
 
     active: bool
     point: tuple[float, float, float]
-    tilt: tuple[float, float]
+    turn: tuple[float, float, float, float]
     stiffness: float
-    force: tuple[float, float]
+    damping: float
+    plough: tuple[float, float]
+    push: tuple[float, float]
     torque: tuple[float, float, float]
 
 
@@ -122,6 +128,7 @@ def pile_for(
         relaxation_time=surface.relaxation_time,
         supports=np.ascontiguousarray(sole.supports()),
         corners=np.ascontiguousarray(sole.corners()),
+        ball=SUPPORT_RADIUS,
         size=np.array([sole.length, sole.width]),
         height_field=irregularity * surface.height_noise * heights,
         density_field=np.exp(irregularity * surface.density_noise * densities),

@@ -3,9 +3,10 @@
 Every support point of a sole obeys the pile law at its own gap, with its own hysteresis and its
 own local pile height. Their sum is handed to the engine as one plane per foot that is tangent to
 the law: it carries the same total force, the same moments and the same stiffness, and the engine
-solves it implicitly together with weight and motors. Edges that move forward through standing
-pile meet the plough force: the energy u(h) stored per area swept, times a hooking factor, derived
-here from the same potential.
+solves it implicitly together with weight and motors. The blades of a pile push upwards; a sloping
+plane pushes along its normal, so that a force on the foot takes the sideways part away. Edges that
+move forward through standing pile meet the plough force: the energy u(h) stored per area swept,
+times a hooking factor, derived here from the same potential.
 
 All compiled functions and their constants stay in this one file: a change of it, and only of it,
 makes the cached machine code stale.
@@ -25,7 +26,8 @@ from gaitlab.surfaces.pile import SMALLEST_GAP
 CELL = 0.02  # m, side of a cell in which the pile is alike
 CLEAR = 1.35  # times the pile height: a foot above this meets nothing
 PLOUGH_GAP = 8e-4  # m, smallest gap at which a leading edge is evaluated
-STEEPEST = 0.12  # largest slope of the tangent plane
+STEEPEST = 0.6  # largest slope of the tangent plane, reached far beyond a tilt of 20 degrees
+ROUNDS = 6  # of finding which supports the plane loads; two or three do
 LEVEL = 1e-6  # m^2, keeps the plane level along an axis in which the loaded points do not differ
 
 
@@ -112,32 +114,47 @@ def _loads(
 
 @njit(cache=True)
 def _slopes(points: np.ndarray, load: np.ndarray, stiffness: float) -> tuple[float, float]:
-    """Slopes dz/dx, dz/dy of the plane through the tops of equal springs under these loads.
+    """Slopes dz/dx, dz/dy of the plane whose equal springs carry the moments of these loads.
 
-    Least squares over the loaded points, so the plane has the moments of the loads; bounded.
+    The springs stand between the plane and the points; those that are pressed carry the loads'
+    total and moments, and which are pressed is found by repetition. Bounded.
     """
-    n, x, y, z = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(points)):
-        if load[i] > 0.0:
-            n += 1.0
-            x += points[i, 0]
-            y += points[i, 1]
-            z += points[i, 2] + load[i] / stiffness
-    x, y, z = x / n, y / n, z / n
-    xx, xy, yy, xz, yz = LEVEL, 0.0, LEVEL, 0.0, 0.0
-    for i in range(len(points)):
-        if load[i] > 0.0:
+    sx, sy = 0.0, 0.0
+    pressed = load > 0.0
+    for _ in range(ROUNDS):
+        n, x, y, z = 0.0, 0.0, 0.0, 0.0
+        for i in range(len(points)):
+            if pressed[i]:
+                n += 1.0
+                x += points[i, 0]
+                y += points[i, 1]
+                z += points[i, 2]
+        x, y, z = x / n, y / n, z / n
+        xx, xy, yy, xz, yz, total = LEVEL, 0.0, LEVEL, 0.0, 0.0, 0.0
+        for i in range(len(points)):
             dx, dy = points[i, 0] - x, points[i, 1] - y
-            dz = points[i, 2] + load[i] / stiffness - z
-            xx += dx * dx
-            xy += dx * dy
-            yy += dy * dy
-            xz += dx * dz
-            yz += dy * dz
-    determinant = xx * yy - xy * xy
-    sx = (xz * yy - yz * xy) / determinant
-    sy = (yz * xx - xz * xy) / determinant
-    return min(max(sx, -STEEPEST), STEEPEST), min(max(sy, -STEEPEST), STEEPEST)
+            total += load[i] / stiffness
+            xz += load[i] / stiffness * dx
+            yz += load[i] / stiffness * dy
+            if pressed[i]:
+                xx += dx * dx
+                xy += dx * dy
+                yy += dy * dy
+                xz += dx * (points[i, 2] - z)
+                yz += dy * (points[i, 2] - z)
+        determinant = xx * yy - xy * xy
+        sx = min(max((xz * yy - yz * xy) / determinant, -STEEPEST), STEEPEST)
+        sy = min(max((yz * xx - xz * xy) / determinant, -STEEPEST), STEEPEST)
+        same, count = True, 0
+        for i in range(len(points)):
+            plane = z + total / n + sx * (points[i, 0] - x) + sy * (points[i, 1] - y)
+            now = plane > points[i, 2]
+            same = same and now == pressed[i]
+            pressed[i] = now
+            count += now
+        if same or count == 0:
+            break
+    return sx, sy
 
 
 @njit(cache=True)
@@ -212,7 +229,41 @@ def _forget(footprint: Footprint) -> None:
     footprint.stiffness[:] = 0.0
 
 
-_LIFTED = Support(False, (0.0, 0.0, -1.0), (0.0, 0.0), 1.0, (0.0, 0.0), (0.0, 0.0, 0.0))
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+_AWAY = (0.0, 0.0, -1.0)
+_NOTHING = (0.0, 0.0)
+_LIFTED = Support(False, _AWAY, _UPRIGHT, 1.0, 0.0, _NOTHING, _NOTHING, (0.0, 0.0, 0.0))
+
+
+@njit(cache=True)
+def stand(
+    pile: Pile,
+    footprint: Footprint,
+    origin: tuple[float, float, float],
+    quaternion: tuple[float, float, float, float],
+) -> float:
+    """Let a foot have stood here for long, its blades at rest; returns what they carry, in [N].
+
+    Blades at rest hold back neither way. A foot that is put into the pile as if it had just come
+    down would be pushed up by friction that nothing has paid for.
+
+    Args:
+        pile: Pile and sole.
+        footprint: Memory of this foot, changed in place.
+        origin: Foot link frame, world frame, in [m].
+        quaternion: Its orientation, xyzw.
+    """
+    points = np.empty((len(pile.supports), 3))
+    _turn(rotation_of(quaternion), pile.supports, points)
+    points += np.array(origin)
+    _forget(footprint)
+    area, total = pile.size[0] * pile.size[1] / len(points), 0.0
+    for i in range(len(points)):
+        height = pile.law[0] * (1.0 + _cell(pile.height_field, points[i, 0], points[i, 1]))
+        if points[i, 2] < height:
+            footprint.gap[i] = points[i, 2]
+            total += area * _pressure(pile.law, points[i, 2], height)[0]
+    return total
 
 
 @njit(cache=True)
@@ -256,11 +307,33 @@ def press(
     )  # fmt: skip
     load = np.empty(len(points))
     total, stiffness = _loads(pile, footprint, points, load)
-    force, torque = (wrench[0], wrench[1]), (wrench[2], wrench[3], wrench[4])
+    plough, torque = (wrench[0], wrench[1]), (wrench[2], wrench[3], wrench[4])
     if total <= 0.0:
-        return Support(True, (0.0, 0.0, -1.0), (0.0, 0.0), 1.0, force, torque)
-    x0, y0 = float(np.mean(points[:, 0])), float(np.mean(points[:, 1]))
+        return Support(True, _AWAY, _UPRIGHT, 1.0, 0.0, plough, plough, torque)
+    # Bullet's springs stand on the balls of which the supports are the lowest points.
+    balls = points + pile.ball * rotation[:, 2]
+    x, y = float(np.mean(balls[:, 0])), float(np.mean(balls[:, 1]))
     sx, sy = _slopes(points, load, stiffness)
-    over = points[:, 2] - sx * (points[:, 0] - x0) - sy * (points[:, 1] - y0)
+    steep = np.sqrt(1.0 + sx * sx + sy * sy)
+    over = balls[:, 2] - pile.ball * steep - sx * (balls[:, 0] - x) - sy * (balls[:, 1] - y)
     z = _plane_height(over, total, stiffness)
-    return Support(True, (x0, y0, z), (sy, -sx), stiffness, force, torque)
+    # What the law has beyond the plane: nothing sideways, and each load at its own support.
+    px, py = total * sx, total * sy
+    tx, ty, tz = torque
+    for i in range(len(points)):
+        spring = stiffness * max(z - over[i], 0.0)
+        ax, ay, az = balls[i] - np.array(centre)
+        tx += load[i] * (points[i, 1] - centre[1]) - spring * (ay + az * sy)
+        ty -= load[i] * (points[i, 0] - centre[0]) - spring * (ax + az * sx)
+        tz += spring * (ax * sy - ay * sx)
+    turn = np.sqrt(2.0 * steep * (steep + 1.0))
+    return Support(
+        True,
+        (x, y, z),
+        (sy / turn, -sx / turn, 0.0, (steep + 1.0) / turn),
+        stiffness * steep * steep,
+        pile.relaxation_time * stiffness * steep * steep,
+        plough,
+        (plough[0] + px, plough[1] + py),
+        (tx, ty, tz),
+    )

@@ -42,12 +42,15 @@ class Settled(NamedTuple):
 
 
 def settled(surface: Surface, sole: Sole, load: float) -> Settled:
-    """Where a level sole comes to rest under a load in [N], by the quasi-static law."""
+    """Where a level sole comes to rest under a load in [N], by the quasi-static law.
+
+    A layer that is pressed to the base leaves the rest of the load to that.
+    """
     match surface:
         case RigidFloor():
             return Settled(0.0, inf)
         case SoftLayer():
-            return Settled(load / surface.stiffness, surface.stiffness)
+            return Settled(min(load / surface.stiffness, surface.height), surface.stiffness)
         case TuftedPile() | FibreMat():
             law, area = surface.law(), sole.length * sole.width
             gap = law.gap_under(load / area)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pybullet
 
-from gaitlab.body import Box, Joint, Link, Tree
+from gaitlab.body import Box, Joint, Link, Tree, standing
 from gaitlab.engine import Engine
 from gaitlab.servos import Servo
 from gaitlab.settings import EngineSettings, Spread
@@ -23,8 +23,8 @@ AREA = 0.125 * 0.080  # m^2 of one sole
 STILL = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=0.0)
 PEDESTALS = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 LOCK = Servo(
-    stall_torque=300.0, no_load_speed=20.0, voltage=12.0, supply=12.0, torque_limit=1.0,
-    position_gain=150.0, latency=0, resolution=0.0, backlash=0.0, mass=0.0,
+    stall_torque=60.0, no_load_speed=20.0, voltage=12.0, supply=12.0, torque_limit=1.0,
+    position_gain=60.0, latency=0, resolution=0.0, backlash=0.0, mass=0.0,
 )  # fmt: skip
 
 
@@ -40,6 +40,7 @@ class Sled:
     kind: str = "studs"
     pitch: float = 0.0
     grid: tuple[int, int] = (4, 3)
+    gantry: str = "none"
     name: str = "sled"
     feet: tuple[str, str] = ("left_foot", "right_foot")
     sole: Sole = field(init=False)
@@ -57,7 +58,7 @@ class Sled:
         feet = [
             Link(
                 name=f"{side}_foot", parent="beam", origin=(0.0, y, 0.0), mass=0.12,
-                joint=Joint(name=f"{side}_hinge", axis="y", lower=-0.5, upper=0.5, servo="mx_64"),
+                joint=Joint(name=f"{side}_hinge", axis="y", lower=-0.6, upper=0.6, servo="mx_64"),
                 box=Box(size=(0.125, 0.08, 0.01), centre=(0.0, 0.0, -0.033)),
             )
             for side, y in (("left", 0.1), ("right", -0.1))
@@ -76,7 +77,7 @@ class Bench:
         self.dt, self.sled = dt, sled
         self.pose = np.full(2, sled.pitch)
         self.engine = Engine(
-            sled, surface, (LOCK, LOCK), pose=self.pose, height=gap + 0.038,
+            sled, surface, (LOCK, LOCK), start=standing(sled, self.pose, gap=gap),
             settings=EngineSettings(dt=dt), spread=spread, seed=seed,
         )  # fmt: skip
         self._world = self.engine._client

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from gaitlab.settings import Spread
 from gaitlab.surfaces import TuftedPile
 from gaitlab.surfaces.ground import new_footprint, pile_for
-from gaitlab.surfaces.press import press
-from tests.ground.bench import AREA, GRAVITY, PEDESTALS, Bench, Sled, surface
+from gaitlab.surfaces.pile import PileLaw
+from gaitlab.surfaces.press import press, stand
+from tests.ground.bench import AREA, GRAVITY, PEDESTALS, STILL, Bench, Sled, surface
 
 GRASS = PEDESTALS[:3]
 DT = 0.002
@@ -72,7 +75,7 @@ def test_a_grid_resists_pitching_as_its_number_of_supports_says(name: str, along
     for pitch in (small, -small):
         memory = new_footprint(len(pressed.supports))
         answer = moved(pressed, memory, gap, (0.0, 0.0, 0.0), pitch)
-        moments.append(_lift(pressed, answer, gap, pitch)[1])
+        moments.append(_wrench(pressed, answer, gap, pitch)[2])
     stiffness = AREA * float(law.stiffness(gap)) * 0.125**2 / 12.0
     measured = (moments[1] - moments[0]) / (2.0 * small)
     tipping = 34.3 * 0.038  # N m, the load under the ankle that the sole swings out from
@@ -196,7 +199,7 @@ def test_the_plough_force_grows_with_depth_and_with_the_hooking_factor(name: str
         footprint = new_footprint(4)
         for _ in range(400):
             answer = moved(ground, footprint, depth * ground.law[0], (0.1, 0.0, 0.0))
-        return -answer.force[0]
+        return -answer.plough[0]
 
     forces = [plough(depth) for depth in (0.9, 0.7, 0.5, 0.35)]
     assert all(np.diff(forces) > 0.0)
@@ -211,7 +214,7 @@ def test_a_toe_that_lands_first_is_caught_and_a_heel_is_not(name: str) -> None:
         start = ground.law[0] + 0.06 * np.sin(np.deg2rad(8.0))
         for k in range(int(0.5 * ground.law[0] / 0.15 / DT)):
             answer = moved(ground, footprint, start - 0.15 * k * DT, (0.25, 0.0, -0.15), pitch)
-            largest = max(largest, -answer.force[0])
+            largest = max(largest, -answer.plough[0])
         return largest
 
     toe, heel = peak(np.deg2rad(8.0)), peak(np.deg2rad(-8.0))
@@ -238,21 +241,152 @@ def test_a_sole_moved_at_random_never_draws_energy_from_the_pile(name: str, dt: 
         pitch, vx, vy = 0.1 * wave(1, t), 0.3 * wave(2, t), 0.3 * wave(3, t)
         spin = 0.1 * (wave(1, tn) - wave(1, t)) / dt
         answer = moved(ground, footprint, z, (vx, vy, vz), pitch, spin, dt)
-        up = _lift(ground, answer, z, pitch)
-        absorbed -= (answer.force[0] * vx + answer.force[1] * vy + answer.torque[1] * spin) * dt
-        absorbed -= (up[0] * vz + up[1] * spin) * dt
+        along, up, torque = _wrench(ground, answer, z, pitch)
+        absorbed -= (along * vx + answer.push[1] * vy + up * vz + torque * spin) * dt
         lowest, height = min(lowest, absorbed), max(height, absorbed)
     assert height > 0.01  # J: the motion did press the pile
     assert lowest > -0.01 * height
 
 
-def _lift(ground, answer, gap: float, pitch: float) -> tuple[float, float]:
-    """Vertical force [N] and pitching torque [N m] of the tangent plane on a held sole."""
-    x = ground.supports[:, 0] * np.cos(pitch) - 0.038 * np.sin(pitch)
-    z = gap + 0.038 - ground.supports[:, 0] * np.sin(pitch) - 0.038 * np.cos(pitch)
-    plane = answer.point[2] - np.tan(answer.tilt[1]) * (x - answer.point[0])
-    push = answer.stiffness * np.maximum(plane - z, 0.0) if answer.active else 0.0 * z
-    return float(push.sum()), float(-(push * x).sum())
+def _wrench(ground, answer, gap: float, pitch: float) -> tuple[float, float, float]:
+    """Force along x and z [N] and pitching torque [N m] about the ankle of a held sole.
+
+    The springs are Bullet's: between the tangent plane, along its normal, and a ball of 4 mm.
+    """
+    x, _, z = _turned(ground.supports, pitch).T
+    x, z = x + 0.004 * np.sin(pitch), z + gap + 0.038 + 0.004 * np.cos(pitch)  # of the balls
+    angle = 2.0 * np.arctan2(answer.turn[1], answer.turn[3])
+    normal = np.sin(angle), np.cos(angle)
+    depth = 0.004 + (answer.point[0] - x) * normal[0] + (answer.point[2] - z) * normal[1]
+    push = answer.stiffness * np.maximum(depth, 0.0) if answer.active else 0.0 * z
+    along, up = push * normal[0], push * normal[1]
+    torque = ((z - gap - 0.038) * along - x * up).sum()
+    return (
+        float(along.sum() + answer.push[0]),
+        float(up.sum()),
+        float(torque + answer.torque[1]),
+    )
+
+
+def _turned(points: np.ndarray, pitch: float) -> np.ndarray:
+    c, s = np.cos(pitch), np.sin(pitch)
+    return points @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]).T
+
+
+@pytest.mark.parametrize("kind", ["studs", "flat"])
+@pytest.mark.parametrize("name", PEDESTALS)
+def test_the_tangent_plane_carries_force_and_moment_of_the_law_up_to_20_degrees(
+    name: str, kind: str
+) -> None:
+    """Each support's pressure acts upwards where the support is; the tilt is held, both ways."""
+    ground = pile(name, kind, hysteresis=0.0, toe_catch=0.0)
+    law = surface(name, hysteresis=0.0).law()
+    area = ground.size.prod() / len(ground.supports)
+    for degrees in (-20, -13, -8, -3, 0, 1, 5, 10, 15, 20):
+        pitch = np.radians(degrees)
+        arms = _turned(ground.supports, pitch)
+        low, high = -arms[:, 2].max() - 0.038, law.height + 0.03
+        for _ in range(60):  # the height of the ankle at which the law carries the robot
+            gap = 0.5 * (low + high)
+            loads = area * law.pressure(arms[:, 2] + gap + 0.038)
+            low, high = (gap, high) if loads.sum() > 34.3 else (low, gap)
+        moment = -(loads * arms[:, 0]).sum()
+        footprint = new_footprint(len(ground.supports))
+        along, up, torque = _wrench(
+            ground, moved(ground, footprint, gap, (0.0, 0.0, 0.0), pitch), gap, pitch
+        )
+        scale = 34.3 * 0.0625  # N m, the most that this load can have on this sole
+        assert up == pytest.approx(34.3, rel=0.01)
+        assert along == pytest.approx(0.0, abs=0.01 * 34.3)
+        assert torque == pytest.approx(moment, rel=0.03, abs=0.005 * scale), degrees
+
+
+@pytest.mark.parametrize("name", PEDESTALS)
+def test_a_loaded_sole_that_is_slowly_tilted_meets_the_moment_of_the_law(name: str) -> None:
+    """In the engine: a level beam stands on two soles that its hinges tilt from 0 to 20 degrees.
+
+    A hinge carries the ground's moment about it, and the weight of the foot.
+    """
+    ground = surface(name, hysteresis=0.0, toe_catch=0.0, friction=0.05)
+    law, sled = ground.law(), Sled(kind="flat", gantry="level")
+    area = AREA / len(sled.sole.supports())
+    for degrees in (3, 8, 13, 20, -13):
+        with Bench(ground, sled, gap=law.gap_under(17.2 / AREA) + 1e-3) as bench:
+            rows = []
+            for k in range(2000):
+                bench.pose = np.full(2, np.radians(degrees) * min(1.0, k / 1000))
+                bench.tick()
+                if k >= 1500:  # the mean over a second, as soles stick and slip a little
+                    rows.append(_hinge(bench, law, area))
+            moment, arm, load = np.mean(rows, axis=0)
+            assert load == pytest.approx(0.5 * 3.5 * GRAVITY, rel=0.01)
+            assert moment / load == pytest.approx(arm, rel=0.03), degrees
+
+
+def _hinge(bench: Bench, law: PileLaw, area: float) -> tuple[float, float, float]:
+    """What a hinge carries of the ground's upward force, what the law says, and that force.
+
+    Returns:
+        Moment [N m] without that of friction and of the foot's own weight, lever arm [m] of the
+        law's pressures at the sole's true pose, and vertical force [N], each of the left foot.
+    """
+    state, left = bench.engine.state(), bench.engine.feet[0]
+    tilt, torque, height = state.joints[0, 0], state.joints[2, 0], state.position[2]
+    arms = _turned(bench.sled.sole.supports(), tilt)
+    loads = area * law.pressure(arms[:, 2] + height)
+    friction = lift = 0.0
+    for p in (p for p in state.contacts if p[3] == left):
+        force = p[9] * np.array(p[7]) + p[10] * np.array(p[11]) + p[12] * np.array(p[13])
+        friction += (p[5][2] - height) * force[0]
+        lift += force[2]
+    # The push lies in the height of the loads, as the sideways force that it takes away does.
+    friction += (loads @ arms[:, 2] / loads.sum()) * bench.engine.push[0][0]
+    swung = 0.12 * GRAVITY * 0.033 * np.sin(tilt)
+    return swung - torque - friction, -(loads @ arms[:, 0]) / loads.sum(), lift
+
+
+@pytest.mark.parametrize("name", PEDESTALS)
+def test_a_cycle_of_pressing_never_gives_energy(name: str) -> None:
+    """The law, from a foot that stands and from one that comes down: any closed path costs work."""
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        ground, height = pile(name, toe_catch=0.0), surface(name).height
+        footprint = new_footprint(4)
+        turns = rng.uniform(0.2, 1.05, rng.integers(2, 6)) * height
+        start = rng.uniform(0.3, 1.1) * height
+        path = np.concatenate([[start], turns, [start]])
+        gaps = np.concatenate([
+            np.linspace(a, b, 400, endpoint=False) for a, b in pairwise(path)
+        ])  # fmt: skip
+        stand(ground, footprint, (0.0, 0.0, start + 0.038), (0.0, 0.0, 0.0, 1.0))
+        before = stored = work = 0.0
+        for k, gap in enumerate(gaps):
+            answer = moved(ground, footprint, gap, (0.0, 0.0, 0.0))
+            force = _wrench(ground, answer, gap, 0.0)[1]
+            if k:
+                work += 0.5 * (force + before) * (gap - gaps[k - 1])
+            before, stored = force, max(stored, abs(work))
+        assert work <= 2e-3 * stored + 1e-9
+
+
+@pytest.mark.parametrize("name", PEDESTALS)
+@pytest.mark.parametrize("spread", [STILL, ROUGH])
+def test_a_robot_that_is_put_on_the_ground_is_not_thrown(name: str, spread: Spread) -> None:
+    """In the engine: force starts at the weight, and on an even lawn no energy comes from nothing.
+
+    On an uneven one the sled tilts, and one sole pays with what the pile under it has stored.
+    """
+    ground = surface(name)
+    for seed in range(3):
+        with Bench(ground, Sled(kind="flat"), gap=ground.law().gap_under(17.2 / AREA),
+                   spread=spread, seed=seed) as bench:  # fmt: skip
+            start, top, forces = bench.energy(), 0.0, []
+            for _ in range(300):
+                bench.tick()
+                forces.append(sum(point[9] for point in bench.engine.state().contacts))
+                top = max(top, bench.energy())
+        assert max(forces) < 1.2 * 3.5 * GRAVITY
+        assert spread is ROUGH or top - start < 1e-5  # J, a third of a micrometre of height
 
 
 def test_a_ball_rolls_on_the_30_mm_pile_as_far_as_one_was_seen_to_roll() -> None:
