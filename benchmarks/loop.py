@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
@@ -24,6 +25,7 @@ from gaitlab.engine import Engine
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
 from gaitlab.run import run_trial
+from gaitlab.simulate import engine_for
 from gaitlab.store import Store
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Trial
@@ -39,14 +41,9 @@ def walking_trial(surface: str, seed: int) -> Trial:
 
 def on_hard_floor(trial: Trial) -> tuple[Engine, np.ndarray]:
     """A fresh engine on the hard floor and the trial's targets."""
-    ticks = int(30.0 / trial.engine.dt)
-    targets = trial.robot.joint_targets(trial.gait.feet(np.arange(ticks) * trial.engine.dt))
-    height = trial.robot.hip_offset() + trial.gait.hip_height
-    engine = Engine(
-        trial.robot, load_surface("hard_floor"), trial.servos, pose=targets[0], height=height,
-        settings=trial.engine, spread=trial.spread, seed=trial.seed,
-    )  # fmt: skip
-    return engine, targets
+    feet = trial.gait.feet(np.arange(int(30.0 / trial.engine.dt)) * trial.engine.dt)
+    floor = replace(trial, surface=load_surface("hard_floor"))
+    return engine_for(floor, feet), trial.robot.joint_targets(feet)
 
 
 def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[float]]]:
@@ -55,8 +52,7 @@ def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[flo
     engine, targets = on_hard_floor(trial)
     with engine:
         for target in targets[:ticks]:
-            position, velocity, _ = engine._read_joints()
-            commands.append(engine._servos.drive(target, position, velocity))
+            commands.append(engine._servos.drive(target, *engine._read_joints()))
             engine._motors(
                 engine._body, engine._joints, pybullet.VELOCITY_CONTROL,
                 targetVelocities=commands[-1][0], forces=commands[-1][1],

@@ -7,7 +7,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Protocol
 
@@ -58,6 +58,16 @@ class FeetPoses:
     phase: np.ndarray
     step_index: np.ndarray
     joints: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def at(self, index: int) -> FeetPoses:
+        """The poses of one instant, as poses over one instant."""
+        one = {name: getattr(self, name)[index : index + 1] for name in SHAPES}
+        joints = {name: angles[index : index + 1] for name, angles in self.joints.items()}
+        return FeetPoses(**one, joints=joints)
+
+    def moved(self, by: np.ndarray) -> FeetPoses:
+        """The same with both feet moved in the hip frame, in [m]. Shape (3,)."""
+        return replace(self, position=self.position + by)
 
 
 class Gait(Protocol):

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pytest
 
-from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Tree
+from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Tree, standing
 from gaitlab.engine import Engine
 from gaitlab.settings import EngineSettings, Spread
 from gaitlab.soles import Sole
@@ -56,10 +56,10 @@ class Wheels:
         return 0.0
 
 
-def world(robot: Wheels, spread: Spread = STILL, height: float = 5.0) -> Engine:
+def world(robot: Wheels, spread: Spread = STILL, gap: float = 5.0) -> Engine:
     """The wheels high above the floor, falling freely."""
     return Engine(
-        robot, load_surface("hard_floor"), (LOCK,), pose=POSE, height=height,
+        robot, load_surface("hard_floor"), (LOCK,), start=standing(robot, POSE, gap=gap),
         settings=EngineSettings(dt=0.001), spread=spread, seed=1,
     )  # fmt: skip
 
@@ -99,6 +99,8 @@ def test_a_gantry_lets_the_trunk_fall_and_pitches_only_when_it_may(
         first = engine.state()
         for _ in range(300):
             engine.command(np.array([0.8, 0.0]))
+            trunk = engine._rig.pitch
+            engine._client.applyExternalTorque(engine._body, trunk, (0.0, 0.1, 0.0), 2)
             engine.step()
         last = engine.state()
     assert last.position[2] - first.position[2] == pytest.approx(-0.5 * 9.81 * 0.3**2, rel=0.01)

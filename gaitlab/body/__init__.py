@@ -3,6 +3,7 @@
 from gaitlab.body.limits import ROUNDING, both_legs, require_limits
 from gaitlab.body.links import Axis, Box, Coupling, Joint, Link, Part, limb
 from gaitlab.body.robot import GANTRY_PITCH, Gantry, Robot, couplings_of, gantry_of
+from gaitlab.body.start import Start, standing
 from gaitlab.body.tree import LinkPoses, Tree
 
 __all__ = [
@@ -17,10 +18,12 @@ __all__ = [
     "LinkPoses",
     "Part",
     "Robot",
+    "Start",
     "Tree",
     "both_legs",
     "couplings_of",
     "gantry_of",
     "limb",
     "require_limits",
+    "standing",
 ]

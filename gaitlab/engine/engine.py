@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.body import Robot, couplings_of, gantry_of
+from gaitlab.body import Robot, Start, couplings_of, gantry_of
 from gaitlab.engine.bullet import (
     VELOCITY_CONTROL,
     Indices,
@@ -23,13 +23,15 @@ from gaitlab.engine.bullet import (
 from gaitlab.engine.couplings import add_couplings
 from gaitlab.engine.gantry import Rig
 from gaitlab.engine.grass import PileUnderFeet, add_layer
+from gaitlab.log import GRAVITY
 from gaitlab.randomness import randomness
 from gaitlab.servos.bank import ServoBank, unequally_late
 from gaitlab.servos.servo import Servo
 from gaitlab.settings import EngineSettings, Spread
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
-NO_PLOUGH = ((0.0, 0.0), (0.0, 0.0))
+NONE = ((0.0, 0.0), (0.0, 0.0))
+SLOP = 1e-5  # m, by which Bullet lets bodies overlap; put down without it they fall for a tick
 
 
 class TickState(NamedTuple):
@@ -67,8 +69,7 @@ class Engine:
         surface: Surface,
         servos: Sequence[Servo],
         *,
-        pose: np.ndarray,
-        height: float,
+        start: Start,
         settings: EngineSettings,
         spread: Spread,
         seed: int,
@@ -79,8 +80,7 @@ class Engine:
             robot: The robot.
             surface: The ground.
             servos: One per driven joint, in the order of the robot's tree.
-            pose: First joint positions, in [rad]. Shape (joints,).
-            height: First height of the trunk link frame, in [m].
+            start: Where the robot stands; on a pile it is lifted to where that carries it.
             settings: Time step and solver.
             spread: How far this replicate may differ from the nominal robot.
             seed: Seed of the replicate.
@@ -93,13 +93,16 @@ class Engine:
         self._find(robot, found)
         kind = gantry_of(robot)
         self._rig = None if kind == "none" else Rig(self._client, self._body, found, kind)
-        self._place(pose, height, spread)
+        self._place(start, lift=-SLOP)
         add_couplings(self._client, self._body, couplings_of(robot), found.joint)
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
         loose = mobility(self._client, self._body, self._joints)
-        self._servos = ServoBank(servos, gain, settings.dt, pose[self._driven], loose)
+        self._servos = ServoBank(servos, gain, settings.dt, start.targets[self._driven], loose)
         self._pile = self._grow(robot, surface, settings, spread)
+        if self._pile is not None:
+            sunk = self._pile.settle(robot.tree.mass * GRAVITY)
+            self._place(start, lift=sunk - SLOP)
         self._now: np.ndarray | None = None
         self._bind()
 
@@ -112,7 +115,12 @@ class Engine:
     @property
     def plough(self) -> Sequence[tuple[float, float]]:
         """Plough force on the left and the right foot in the last tick, world x and y, in [N]."""
-        return NO_PLOUGH if self._pile is None else self._pile.plough
+        return NONE if self._pile is None else self._pile.plough
+
+    @property
+    def push(self) -> Sequence[tuple[float, float]]:
+        """All that pushed the feet sideways beside the contacts in the last tick, likewise."""
+        return NONE if self._pile is None else self._pile.push
 
     def _find(self, robot: Robot, found: Indices) -> None:
         """Bullet's indices of the feet, of all joints, and of those that servos drive."""
@@ -128,20 +136,20 @@ class Engine:
         draw = 1.0 + spread.friction * self._streams.friction.uniform(-1.0, 1.0)
         return float(surface.friction * surface.friction_scale * draw)
 
-    def _place(self, pose: np.ndarray, height: float, spread: Spread) -> None:
-        client, rng = self._client, self._streams.pose
-        tilt = spread.tilt * rng.uniform(-1.0, 1.0, 2)
-        offset = spread.position * rng.uniform(-1.0, 1.0, 2)
-        for index, angle in zip(self._all_joints, pose, strict=True):
+    def _place(self, start: Start, lift: float) -> None:
+        client, (joints, position, turn, _) = self._client, start
+        x, y, z = position.tolist()
+        for index, angle in zip(self._all_joints, joints, strict=True):
             client.resetJointState(self._body, index, float(angle))
         if self._rig is not None:
-            self._rig.place(float(offset[0]), height, float(tilt[1]))
+            self._rig.place(x, z + lift, 2.0 * float(np.arctan2(turn[1], turn[3])))
             return
-        turn = client.getQuaternionFromEuler([*tilt, 0.0])
         local = client.getDynamicsInfo(self._body, -1)[3]
         # Bullet's base pose is that of the centre of mass; the robot turns about its link frame.
-        centre, _ = client.multiplyTransforms([*offset, height], turn, local, [0.0, 0.0, 0.0, 1.0])
-        client.resetBasePositionAndOrientation(self._body, centre, turn)
+        centre, _ = client.multiplyTransforms(
+            (x, y, z + lift), turn.tolist(), local, [0.0, 0.0, 0.0, 1.0]
+        )
+        client.resetBasePositionAndOrientation(self._body, centre, turn.tolist())
 
     def _grow(
         self, robot: Robot, surface: Surface, settings: EngineSettings, spread: Spread

@@ -21,14 +21,15 @@ class Rig:
 
     Attributes:
         pitch: Bullet's index of the joint that pitches the trunk; its link is the trunk.
+        pitches: Whether the trunk may pitch.
     """
 
     def __init__(self, client: BulletClient, body: int, found: Indices, kind: Gantry) -> None:
         """Takes the rig as it was loaded, `planar` or `level`."""
-        self._client, self._body, self._level = client, body, kind == "level"
+        self._client, self._body, self.pitches = client, body, kind == "planar"
         self._slides = found.joint["gantry_x"], found.joint["gantry_z"]
         self.pitch = found.joint[GANTRY_PITCH]
-        if self._level:
+        if not self.pitches:
             client.setJointMotorControl2(
                 body, self.pitch, POSITION_CONTROL, targetPosition=0.0, force=STRENGTH
             )
@@ -37,7 +38,7 @@ class Rig:
         """Put the trunk link frame there, in [m]; a level rig keeps it level, in [rad]."""
         for joint, at in zip(self._slides, (x, height), strict=True):
             self._client.resetJointState(self._body, joint, at)
-        self._client.resetJointState(self._body, self.pitch, 0.0 if self._level else pitch)
+        self._client.resetJointState(self._body, self.pitch, pitch if self.pitches else 0.0)
 
     def trunk(self) -> TrunkState:
         """Trunk: centre of mass [m], quaternion xyzw, velocity [m/s], angular velocity [rad/s]."""

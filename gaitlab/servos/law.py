@@ -20,10 +20,11 @@ Prediction. With the inertia J that the joint turns and the load torque L on it,
 is the implicit step of the law, exact for a joint that turns freely. L is what the last tick
 showed, J (v - v_before) / dt - torque, so at rest, at constant speed and at the limit the law holds
 exactly whatever J is. A joint of a standing leg turns more than its own J, for it the prediction is
-v low-passed with a lag of r ticks. Half of that is made good by carrying the load forward:
-L + theta (L - L_before), with the theta that leaves both poles of the lag equal,
+v low-passed with a lag of r ticks. Half of that and more is made good by carrying the load forward,
+L + theta (L - L_before), with the theta that leaves both poles of the lag equal, or a smaller one
+above r = 20, where that would let some loads between J and infinity swing up (`LEAD`):
 
-    theta = (sqrt(1 + r) - 1) / (sqrt(1 + r) + 1),   lag = 2 (sqrt(1 + r) - 1) ticks.
+    theta = (sqrt(1 + r) - 1) / (sqrt(1 + r) + 1),   lag = r (1 - theta) ticks.
 
 J of each joint is that of the robot in its first pose with all other joints free, the smallest it
 can be; where joints shake each other it is taken smaller by the common factor that keeps the
@@ -42,6 +43,10 @@ import numpy as np
 from numba import njit
 
 from gaitlab.servos.servo import Servo
+
+# The largest theta is LEAD[0] + LEAD[1] / r: up to 0.02 below that at which some load swings up,
+# found numerically from the roots of the joint's characteristic polynomial.
+LEAD = (0.52, 3.6)
 
 
 class ServoRow(NamedTuple):
@@ -71,7 +76,8 @@ class Feedback(NamedTuple):
         ratio: r of each joint. Shape (joints,).
         lead: theta of each joint. Shape (joints,).
         velocity: Velocity before the last tick, in [rad/s]; changed in place. Shape (joints,).
-        load: Load on the joint in the last tick over its damping, in [rad/s]; changed in place.
+        load: Load on the joint in the last tick over its damping, in [rad/s]; changed in place. NaN
+            before the first tick, which finds the motor carrying what it is asked for at rest.
             Shape (joints,).
     """
 
@@ -84,6 +90,11 @@ class Feedback(NamedTuple):
 def torque_limit(servo: Servo) -> float:
     """Largest torque of a servo at its supply voltage, in [N m]."""
     return servo.torque_limit * servo.stall_torque * servo.supply / servo.voltage
+
+
+def stiffness(servo: Servo) -> float:
+    """Torque at rest over position error, below the limit, in [N m/rad]."""
+    return servo.position_gain * servo.stall_torque / servo.no_load_speed
 
 
 def servo_row(servos: Sequence[Servo], gain_scale: np.ndarray) -> ServoRow:
@@ -121,8 +132,8 @@ def feedback(damping: np.ndarray, mobility: np.ndarray, dt: float) -> Feedback:
     scaled = (coupled - 2.0 / 3.0 * np.eye(len(alone))) / np.sqrt(np.outer(alone, alone))
     ratio = max(1.0, 0.75 * float(np.linalg.eigvalsh(scaled)[-1])) * alone
     root = np.sqrt(1.0 + ratio)
-    lead = (root - 1.0) / (root + 1.0)
-    return Feedback(ratio, lead, np.zeros(len(ratio)), np.zeros(len(ratio)))
+    lead = np.minimum((root - 1.0) / (root + 1.0), LEAD[0] + LEAD[1] / ratio)
+    return Feedback(ratio, lead, np.zeros(len(ratio)), np.full(len(ratio), np.nan))
 
 
 @njit(cache=True)
@@ -161,7 +172,10 @@ def drive(
         error -= min(max(error, -row.play[j]), row.play[j])
         speed[j] = min(max(row.gain[j] * error, -row.speed[j]), row.speed[j])
         load = (velocity[j] - memory.velocity[j]) / ratio - applied[j] / damping
-        ahead = load + memory.lead[j] * (load - memory.load[j])
+        before = memory.load[j]
+        if np.isnan(before):
+            load = before = -speed[j]
+        ahead = load + memory.lead[j] * (load - before)
         after = velocity[j] + ratio / (1.0 + ratio) * (speed[j] - velocity[j] + ahead)
         memory.velocity[j], memory.load[j] = velocity[j], load
         torque[j] = min(damping * abs(speed[j] - after), row.limit[j])

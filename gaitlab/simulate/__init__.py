@@ -6,21 +6,31 @@ from math import ceil, hypot, isfinite
 
 import numpy as np
 
-from gaitlab.body import GANTRY_PITCH, Robot, gantry_of
+from gaitlab.body import (
+    GANTRY_PITCH,
+    Robot,
+    Start,
+    gantry_of,
+    standing,
+)
 from gaitlab.commands import joint_commands
 from gaitlab.engine import Engine, TickState
-from gaitlab.errors import GaitlabError
+from gaitlab.errors import GaitlabError, Infeasible
 from gaitlab.fall import FallDetector
+from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
-from gaitlab.motion import require_feet
-from gaitlab.servos.law import torque_limit
+from gaitlab.motion import FeetPoses, require_feet
+from gaitlab.randomness import randomness
+from gaitlab.servos.law import stiffness, torque_limit
 from gaitlab.simulate.columns import log_of
 from gaitlab.simulate.loop import Loop, loop_of
 from gaitlab.simulate.recording import Recording
-from gaitlab.surfaces.surface import FibreMat, TuftedPile
+from gaitlab.surfaces.tipping import settled
 from gaitlab.trial import Trial
 
-__all__ = ["simulate"]
+SMALL = 1e-4  # m, by which soles are moved to see how legs bend
+
+__all__ = ["engine_for", "simulate", "start_of"]
 
 
 def simulate(trial: Trial) -> TrialLog:
@@ -37,20 +47,76 @@ def simulate(trial: Trial) -> TrialLog:
     feet = trial.gait.feet(np.arange(ticks) * header.dt)
     require_feet(feet, ticks)
     targets = joint_commands(trial.robot, feet)
-    with Engine(
-        trial.robot,
-        trial.surface,
-        trial.servos,
-        pose=targets[0],
-        height=header.standing_height,
-        settings=trial.engine,
-        spread=trial.spread,
-        seed=trial.seed,
-    ) as engine:
+    with engine_for(trial, feet) as engine:
         recording = Recording(len(targets), len(header.joints), engine.feet)
         loop = loop_of(trial, feet, targets)
         _walk(engine, recording, loop, header, trial)
     return log_of(recording, trial.robot, header, feet, loop.sent)
+
+
+def engine_for(trial: Trial, feet: FeetPoses) -> Engine:
+    """The engine of a trial, its robot standing on the ground as it is commanded first.
+
+    Args:
+        trial: The trial.
+        feet: What its gait means, at one instant or more.
+    """
+    return Engine(
+        trial.robot,
+        trial.surface,
+        trial.servos,
+        start=start_of(trial, feet),
+        settings=trial.engine,
+        spread=trial.spread,
+        seed=trial.seed,
+    )
+
+
+def start_of(trial: Trial, feet: FeetPoses) -> Start:
+    """Where the robot of a trial stands before its first command.
+
+    Its soles are level, its trunk leans as commanded, and its knees are bent as far as the servos
+    give way under its weight: without an error they have no torque, and it would drop and bounce.
+
+    The tilt of a replicate leans its legs, from the hips to the soles: the trunk is that far ahead
+    and to the right of where it should be, and neither trunk nor soles are turned by it. A robot
+    whose legs cannot take that stands as it is commanded.
+    """
+    first, robot = feet.at(0), trial.robot
+    rng = randomness(trial.seed).pose
+    roll, pitch = trial.spread.tilt * rng.uniform(-1.0, 1.0, 2)
+    offset = trial.spread.position * rng.uniform(-1.0, 1.0, 2)
+    targets = joint_commands(robot, first)[0]
+    lean = axis_rotation("x", roll) @ axis_rotation("y", pitch)
+    leg = first.position[0].mean(axis=0) + np.array([0.0, 0.0, robot.sole.height])
+    level = robot.joint_targets(first)[0]
+    try:
+        leaning = first.moved(lean @ leg - leg + _sink(trial, first))
+        joints = targets + robot.joint_targets(leaning)[0] - level
+    except Infeasible:
+        joints = targets
+    begin = standing(robot, joints, gap=_settled_gap(trial))
+    return begin._replace(position=begin.position + np.append(offset, 0.0), targets=targets)
+
+
+def _sink(trial: Trial, feet: FeetPoses) -> np.ndarray:
+    """By how much the servos let the soles come nearer to the hips of a standing robot, in [m].
+
+    Each servo is a spring. Soles that move by s, forward and upward, bend the joints by J s, and
+    sum stiffness (J s)^2 / 2 - weight s_z is least where (J' K J) s = (0, weight). Shape (3,).
+    """
+    robot = trial.robot
+    if gantry_of(robot) != "none":
+        return np.zeros(3)  # hung up
+    level = robot.joint_targets(feet)[0]
+    along, up = SMALL * np.eye(3)[[0, 2]]
+    bends = np.stack([(robot.joint_targets(feet.moved(by))[0] - level) for by in (along, up)])
+    bends /= SMALL
+    springs = np.zeros(len(level))
+    springs[np.array(robot.tree.driven)] = [stiffness(servo) for servo in trial.servos]
+    weight = np.array([0.0, robot.tree.mass * GRAVITY])
+    x, z = np.linalg.solve(bends * springs @ bends.T, weight)
+    return np.array([x, 0.0, z])
 
 
 def _walk(
@@ -65,7 +131,7 @@ def _walk(
         engine.step()
         state = engine.state()
         loop.feel(state)
-        touching = recording.put(state, engine.plough)
+        touching = recording.put(state, engine.plough, engine.push)
         upright, height = _trunk(state, centre)
         if not isfinite(height):
             raise GaitlabError(f"the simulation blew up at tick {recording.length}")
@@ -135,8 +201,6 @@ def _fsr_positions(robot: Robot) -> tuple[float, ...]:
 
 def _settled_gap(trial: Trial) -> float:
     """Height of the soles over the base when the robot stands on both feet, in [m]."""
-    surface, sole = trial.surface, trial.robot.sole
-    if isinstance(surface, TuftedPile | FibreMat):
-        pressure = trial.robot.tree.mass * GRAVITY / (2.0 * sole.length * sole.width)
-        return surface.law().gap_under(pressure)
-    return float(surface.height)
+    surface, robot = trial.surface, trial.robot
+    sink = settled(surface, robot.sole, 0.5 * robot.tree.mass * GRAVITY).sink
+    return float(surface.height - sink)

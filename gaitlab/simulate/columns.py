@@ -90,9 +90,9 @@ def _sole_columns(
         link = robot.tree.index(robot.feet[side])
         position, rotation = poses.position[:, link], poses.rotation[:, link]
         name, own = f"{foot}_foot_", contacts.of(side)
-        plough = recording.plough[: recording.length, side]
+        beside = (part[: recording.length, side] for part in (recording.plough, recording.push))
         columns |= _pose_columns(name, robot, header, position, rotation)
-        columns |= _force_columns(name, header, own, plough)
+        columns |= _force_columns(name, header, own, *beside)
         columns |= _fsr_columns(f"{name}fsr_", robot, side, position, rotation, own)
     return columns
 
@@ -109,12 +109,14 @@ def _pose_columns(
     }
 
 
-def _force_columns(name: str, header: LogHeader, contacts: Contacts, plough: np.ndarray) -> Columns:
+def _force_columns(
+    name: str, header: LogHeader, contacts: Contacts, plough: np.ndarray, push: np.ndarray
+) -> Columns:
     n = len(plough)
     force = np.stack([contacts.total(contacts.force[:, a], n) for a in range(3)], axis=-1)
     return {
         f"{name}normal_force": force[:, 2],
-        **_named(f"{name}force_", "xy", force[:, :2] + plough),
+        **_named(f"{name}force_", "xy", force[:, :2] + push),
         f"{name}plough_force": np.hypot(*plough.T),
         f"{name}contact": force[:, 2] > LOADED * header.weight,
     }

@@ -45,6 +45,7 @@ class Recording:
         base: Trunk: position of its centre of mass [m], quaternion, velocity, spin. Shape (n, 13).
         joints: Position [rad], velocity [rad/s], torque [N m]. Shape (n, 3, joints).
         plough: Plough force on each foot, world x and y, in [N]. Shape (n, 2, 2).
+        push: All that pushed each foot sideways beside the contacts, likewise.
         body_contact: A link other than a foot touched the ground. Shape (n,).
         fall_cause: Code of the log's column of that name. Shape (n,).
     """
@@ -54,13 +55,18 @@ class Recording:
         self.length = 0
         self.base = np.empty((ticks, 13))
         self.joints = np.empty((ticks, 3, joints))
-        self.plough = np.empty((ticks, 2, 2))
+        self.plough, self.push = np.empty((ticks, 2, 2)), np.empty((ticks, 2, 2))
         self.body_contact = np.zeros(ticks, dtype=bool)
         self.fall_cause = np.zeros(ticks, dtype=np.int8)
         self._sides = {link: side for side, link in enumerate(feet)}
         self._points = array("d")
 
-    def put(self, state: TickState, plough: Sequence[tuple[float, float]]) -> bool:
+    def put(
+        self,
+        state: TickState,
+        plough: Sequence[tuple[float, float]],
+        push: Sequence[tuple[float, float]],
+    ) -> bool:
         """Record the end of a tick, and say whether a link other than a foot is on the ground.
 
         Indices into contacts are the fields of Bullet's getContactPoints.
@@ -69,7 +75,7 @@ class Recording:
         row = self.base[k]
         row[0:3], row[3:7], row[7:10], row[10:13] = state[:4]
         self.joints[k] = state.joints
-        self.plough[k] = plough
+        self.plough[k], self.push[k] = plough, push
         for p in state.contacts:
             side = sides.get(p[3])
             if side is None:

@@ -1,4 +1,4 @@
-"""Laws of the DC-motor servo, one tick at a time; tests/servos/test_motor_bench.py has it in Bullet."""
+"""Laws of the DC-motor servo, one tick at a time; test_motor_bench.py has it in Bullet."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ speeds = st.floats(-12.0, 12.0)
 def driven(
     servo: Servo, target: float, position: float = 0.0, velocity: float = 0.0
 ) -> tuple[float, float]:
-    """Speed [rad/s] a servo heads for and torque [N m] it has, on a joint as heavy as a mountain."""
+    """Speed [rad/s] a servo heads for and torque [N m] it has, on a joint that nothing moves."""
     speed, torque = np.zeros(1), np.zeros(1)
     row = servo_row([servo], np.ones(1))
     memory = feedback(row.damping, np.full((1, 1), 1e-9), 0.002)
-    memory.velocity[:] = velocity
+    memory.velocity[:], memory.load[:] = velocity, 0.0
     at, turning = np.array([position]), np.array([velocity])
     drive(row, memory, np.array([target]), at, turning, np.zeros(1), speed, torque)
     return float(speed[0]), float(torque[0])
@@ -95,6 +95,7 @@ def test_a_free_joint_moves_by_the_implicit_step_of_the_law(
     memory = feedback(row.damping, np.full((1, 1), 1.0 / inertia), dt)
     position, velocity, applied = np.zeros(1), np.zeros(1), np.zeros(1)
     speed, bound = np.zeros(1), np.zeros(1)
+    drive(row, memory, position, position, velocity, applied, speed, bound)
     for _ in range(20):
         drive(row, memory, np.array([target]), position, velocity, applied, speed, bound)
         torque = float(np.sign(speed - velocity)[0]) * bound
@@ -116,3 +117,23 @@ def test_the_prediction_outweighs_whatever_shakes_the_joints(joints: int, seed: 
     assert np.linalg.eigvalsh(spare)[0] >= -1e-9 * np.abs(coupled).max()
     assert np.all(found.ratio >= np.diag(coupled) * (1.0 - 1e-12))
     assert np.all((found.lead >= 0.0) & (found.lead < 1.0))
+
+
+@given(st.floats(0.01, 400.0), st.floats(1e-4, 1.0))
+def test_no_load_swings_up(ratio: float, lighter: float) -> None:
+    """The loop of one joint whose load is as heavy as its own link, or heavier, dies out.
+
+    Its state is v now and in the two ticks before, and the motor's torque over damping in those.
+    """
+    damping = np.ones(1)
+    made = feedback(damping, np.full((1, 1), ratio / 0.002), 0.002)
+    lead, kappa = float(made.lead[0]), ratio / (1.0 + ratio)
+    load_now = np.array([1.0 / ratio, -1.0 / ratio, 0.0, -1.0, 0.0])
+    load_before = np.array([0.0, 1.0 / ratio, -1.0 / ratio, 0.0, -1.0])
+    ahead = load_now + lead * (load_now - load_before)
+    torque = -(np.eye(5)[0] * (1.0 - kappa) + kappa * ahead)
+    step = np.zeros((5, 5))
+    step[0] = np.eye(5)[0] + ratio * lighter * torque
+    step[1, 0] = step[2, 1] = step[4, 3] = 1.0
+    step[3] = torque
+    assert np.abs(np.linalg.eigvals(step)).max() < 1.0 + 1e-6
