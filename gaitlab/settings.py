@@ -13,7 +13,11 @@ class EngineSettings:
     """How the physics engine integrates."""
 
     dt: float = parameter(
-        0.002, unit="s", low=1e-4, high=0.01, doc="time step; one tick of the log"
+        0.002,
+        unit="s",
+        low=1e-4,
+        high=0.01,
+        doc="time step; one tick of the log. Above 0.004 the edges of a pile are softer",
     )
     solver_iterations: int = parameter(
         50, unit="-", low=1, high=1000, doc="iterations of the constraint solver a tick"
