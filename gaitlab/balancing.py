@@ -47,7 +47,8 @@ class Balance(Protocol):
 
         Args:
             feet: What the gait means, at every tick.
-            dt: Time between two ticks, in [s]. Readings come every `imu.every(dt)` of them.
+            dt: Time between two ticks, in [s]. Readings come in ticks that are
+                `imu.due(tick, dt)`, `imu.spacing(dt)` apart on average.
         """
 
 

@@ -16,12 +16,14 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from math import atan2, hypot, radians
+from math import atan2, floor, hypot, radians
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from gaitlab.parameters import parameter
+
+ROUNDING = 1e-6  # periods; forgives 0.01 / 0.002 being no whole number to the last bit
 
 Quaternion: TypeAlias = tuple[float, float, float, float]
 Vector: TypeAlias = tuple[float, float, float]
@@ -52,7 +54,7 @@ class Imu:
         unit="s",
         low=1e-4,
         high=0.2,
-        doc="between two readings, rounded to ticks",
+        doc="between two readings, on average; each comes with the next tick",
         source="assumption: the control period of EROS, an assumption itself",
     )
     delay: float = parameter(
@@ -96,9 +98,16 @@ class Imu:
         source="published: below 0.8 degrees RMS at rest [Madgwick2011], all of it taken as bias",
     )
 
-    def every(self, dt: float) -> int:
-        """Ticks of dt, in [s], from one reading to the next; at least one."""
-        return max(1, round(self.period / dt))
+    def due(self, tick: int, dt: float) -> bool:
+        """Whether a reading arrives in this tick of dt, in [s]: the first since another period."""
+        return tick == 0 or self._periods(tick, dt) > self._periods(tick - 1, dt)
+
+    def _periods(self, tick: int, dt: float) -> int:
+        return floor(tick * dt / self.period + ROUNDING)
+
+    def spacing(self, dt: float) -> float:
+        """Mean time from one reading to the next in ticks of dt, in [s]; no less than a tick."""
+        return max(self.period, dt)
 
 
 class Readings:

@@ -179,8 +179,22 @@ class TrialLog:
     @cached_property
     def work(self) -> float:
         """Positive mechanical work of all servos over the walk, in [J]; NaN if none."""
-        power = (self.driven_table("torque") * self.driven_table("velocity"))[self.walking]
+        power = self.joint_power[self.walking]
         return float(np.maximum(power, 0.0).sum()) * self.header.dt if power.size else nan
+
+    @cached_property
+    def joint_power(self) -> np.ndarray:
+        """Mean mechanical power of every joint with a servo over each tick, in [W].
+
+        A row holds the torque that acted during its tick and the velocity after it. Under a
+        constant torque the mean velocity of a tick is the middle of those before and after, so
+        that the work of a tick is just what it adds to the kinetic energy. The first row, before
+        which nothing is known, takes its own velocity. Shape (n, driven joints).
+        """
+        velocity = self.driven_table("velocity")
+        before = np.concatenate([velocity[:1], velocity[:-1]])
+        power: np.ndarray = self.driven_table("torque") * (0.5 * (before + velocity))
+        return power
 
     @property
     def stalled(self) -> bool:

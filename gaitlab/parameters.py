@@ -10,7 +10,21 @@ import dataclasses
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, cast, get_type_hints
+from typing import Any, NamedTuple, cast, get_type_hints
+
+
+class Former(NamedTuple):
+    """A unit that a parameter once had, so that a file which still has it is told what to write.
+
+    Attributes:
+        name: What was counted, for instance `ticks of 2 ms`.
+        factor: From it to today's unit.
+        today: Today's unit in words, for instance `seconds`.
+    """
+
+    name: str
+    factor: float
+    today: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +43,7 @@ class Parameter:
             nobody published it.
         late: Came when results were there already: at its default, which changes nothing, it
             stays out of what a trial is called by.
+        former: The unit it once had; None if it always had this one.
     """
 
     name: str
@@ -40,6 +55,7 @@ class Parameter:
     doc: str
     source: str
     late: bool = False
+    former: Former | None = None
 
 
 def parameter(
@@ -51,10 +67,11 @@ def parameter(
     high: float | None = None,
     source: str = "",
     late: bool = False,
+    former: Former | None = None,
 ) -> Any:
     """A dataclass field with unit, inclusive range [low, high], meaning and source."""
     metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "source": source}
-    return field(default=default, metadata={**metadata, "late": late})
+    return field(default=default, metadata={**metadata, "late": late, "former": former})
 
 
 def parameters(cls: type, prefix: str = "") -> Iterator[Parameter]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from gaitlab.balancing import Balance
 from gaitlab.body import Robot
-from gaitlab.experiment import Experiment, Parts, Value, changed, combinations, try_out
+from gaitlab.experiment import Experiment, Parts, Value, changed, combinations, owned, try_out
 from gaitlab.motion import Gait
 from gaitlab.plugins import label
 from gaitlab.servos import Servo
@@ -165,6 +165,8 @@ class _Maker:
 
     def _part(self, group: str, owner: Any, values: Mapping[str, Value], name: str = "") -> Any:
         changes = _changes(group, values)
+        if group == "surface":
+            changes = owned(owner, changes)
         key = (group, name, values.get("robot"), *changes.items())
         if key not in self.made:
             self.made[key] = changed(owner, changes) if changes else owner

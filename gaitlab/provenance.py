@@ -19,6 +19,7 @@ BESIDE_TRIALS = (
     *("picture", "reference", "regression", "replay", "report", "shipped", "statistics", "store"),
     *("study", "errors.py", "objectives.py", "plan.py", "provenance.py", "__main__.py"),
 )
+CPUINFO = Path("/proc/cpuinfo")  # where Linux names the processor
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
 
@@ -68,9 +69,9 @@ def code_digest() -> str:
 
 @cache
 def processor() -> str:
-    """Model of the processor, on which the last bits of a simulation depend."""
+    """Model of the processor, on which the last bits of a simulation depend; never fails."""
     try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        lines = CPUINFO.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         lines = []
     models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))

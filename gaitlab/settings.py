@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gaitlab.parameters import parameter
+from gaitlab.servos.servo import FORMER_TICKS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -12,7 +13,11 @@ class EngineSettings:
     """How the physics engine integrates."""
 
     dt: float = parameter(
-        0.002, unit="s", low=1e-4, high=0.01, doc="time step; one tick of the log"
+        0.002,
+        unit="s",
+        low=1e-4,
+        high=0.01,
+        doc="time step; one tick of the log. Above 0.004 the edges of a pile are softer",
     )
     solver_iterations: int = parameter(
         50, unit="-", low=1, high=1000, doc="iterations of the constraint solver a tick"
@@ -56,12 +61,13 @@ class Spread:
     )
     servo_latency: float = parameter(
         0.0,
-        unit="-",
+        unit="s",
         low=0.0,
-        high=100.0,
+        high=0.2,
         source="assumption: all servos of a type are equally late",
-        doc="ticks; each servo's latency is moved by this x U(-1, 1), never below 0",
+        doc="each servo's latency is moved by this x U(-1, 1), never below 0",
         late=True,
+        former=FORMER_TICKS,
     )
     tilt: float = parameter(
         0.00873,

@@ -72,6 +72,34 @@ def test_a_slip_is_named_with_the_way_out(gaitlab, arguments, code: int, message
     assert sorted(os.listdir()) == ["file", "loop.yaml"]
 
 
+@pytest.mark.parametrize(
+    ("addition", "places"),
+    [
+        ("servo: {latency: 2}", ["1:18"]),
+        ("spread: {servo_latency: 2}", ["1:25"]),
+        ("design: {points: 2, box: {servo.latency: {low: 0, high: 2}}}", ["1:57"]),
+    ],
+)
+def test_a_latency_in_ticks_is_placed_and_told_in_seconds(gaitlab, addition, places) -> None:
+    Path("old.yaml").write_text(f"{addition}\n{Path(EXPERIMENT).read_text()}")
+    done = gaitlab("run", "old.yaml", "--dry-run")
+    assert (done.code, done.out) == (3, "")
+    assert done.err.count("old.yaml:") == len(places)
+    assert all(f"old.yaml:{place}: " in done.err for place in places)
+    assert "seconds" in done.err
+    assert "0.004" in done.err
+
+
+@pytest.mark.parametrize("path", ["servo.latency", "spread.servo_latency"])
+@pytest.mark.parametrize("start", ["", "grid."])
+def test_a_latency_in_ticks_on_the_command_line_is_told_in_seconds(gaitlab, path, start) -> None:
+    value = "[0.002, 2]" if start else "2"
+    done = gaitlab("run", EXPERIMENT, "--dry-run", "--set", f"{start}{path}={value}")
+    assert (done.code, done.out) == (3, "")
+    assert done.err.count("0.004") == 1
+    assert "seconds" in done.err
+
+
 def test_a_folder_that_is_gone_is_no_mistake_of_gaitlab(gaitlab, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
     os.chdir(tmp_path / "gone")

@@ -57,6 +57,43 @@ def test_a_design_is_one_axis_that_multiplies_with_the_others(tmp_path: Path) ->
     assert made.size == len({p.trial.id for p in made.trials()}) == 16 * 2 * 2
 
 
+BONDING = "surface.bonding"
+
+
+def test_a_swept_number_of_some_grounds_moves_those_that_have_it(tmp_path: Path) -> None:
+    line = f"    {BONDING}: {{low: 1.0, high: 16.0, log: true}}\n"
+    experiment = read(tmp_path, replaced("zip:\n", f"{line}zip:\n"))
+    assert experiment.parts.base_values(BONDING) == [
+        experiment.parts.surfaces["grass_50mm"].bonding
+    ]
+    planned = list(plan(experiment).trials())
+    grass = [p for p in planned if p.values["surface"] == "grass_50mm"]
+    carpet = [p for p in planned if p.values["surface"] == "carpet_4mm"]
+    assert len(grass) == len(carpet) == 32
+    assert all(p.trial.surface.bonding == p.values[BONDING] for p in grass)
+    assert len({p.trial.surface.bonding for p in grass}) == 16
+    assert not any(hasattr(p.trial.surface, "bonding") for p in carpet)
+    assert all(
+        p.trial.surface.vertical_scale == p.values["surface.vertical_scale"] for p in planned
+    )
+    assert len({p.trial.id for p in planned}) == len(planned)
+
+
+def test_a_ground_on_which_no_point_differs_is_refused(tmp_path: Path) -> None:
+    start, end = SWEEP.index("    robot.mass"), SWEEP.index("zip:")
+    (found,) = problems(
+        tmp_path, f"{SWEEP[:start]}    {BONDING}: {{low: 1.0, high: 16.0}}\n{SWEEP[end:]}"
+    )
+    assert "carpet_4mm" in found.message
+    assert BONDING in found.message
+
+
+@pytest.mark.parametrize("path", ["surface.solidity", "surface.stiffness"])
+def test_a_swept_number_that_no_ground_has_is_refused(tmp_path: Path, path: str) -> None:
+    (found,) = problems(tmp_path, replaced("surface.vertical_scale", path))
+    assert f"{path!r} is no parameter of" in found.message
+
+
 def test_every_point_reaches_its_trials(tmp_path: Path) -> None:
     for planned in plan(read(tmp_path, SWEEP)).trials():
         robot, values = planned.trial.robot, planned.values

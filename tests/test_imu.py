@@ -86,8 +86,23 @@ def test_noise_and_bias_are_as_large_as_stated() -> None:
     assert bias == pytest.approx([0.1, 0.1, 0.2, 0.2], rel=0.1)  # 1000 draws: 2.2 % a sigma
 
 
-def test_readings_come_at_least_once_a_tick() -> None:
-    assert [Imu(period=period).every(DT) for period in (1e-4, 0.002, 0.01)] == [1, 1, 5]
+def due(period: float, dt: float, ticks: int = 3000) -> np.ndarray:
+    return np.flatnonzero([Imu(period=period).due(tick, dt) for tick in range(ticks)])
+
+
+@pytest.mark.parametrize(("period", "ticks"), [(1e-4, 1), (0.002, 1), (0.01, 5), (0.2, 100)])
+def test_readings_come_every_so_many_ticks_and_no_faster(period: float, ticks: int) -> None:
+    np.testing.assert_array_equal(due(period, DT), np.arange(0, 3000, ticks))
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.002, 0.003, 0.004, 0.007, 0.01])
+def test_readings_are_a_period_apart_whatever_the_step_of_time(dt: float) -> None:
+    imu = Imu(period=0.01)
+    time = due(imu.period, dt) * dt
+    late = time - imu.period * np.arange(len(time))
+    assert late.min() >= -1e-9
+    assert late.max() < dt
+    assert np.diff(time).mean() == pytest.approx(imu.spacing(dt), rel=0.01)
 
 
 def test_the_imus_stream_shifts_no_other() -> None:

@@ -45,6 +45,18 @@ def test_a_trial_is_simulated_measured_and_committed(store: Store) -> None:
     assert store.record(wanted.id).metrics["walked_time"] == record.metrics["walked_time"] > 0.0
     assert Trial.from_dict(store.record(wanted.id).trial).id == wanted.id
     assert {"gaitlab_version", "pybullet_version", "host", "wall_time"} <= set(record.provenance)
+    assert record.provenance["processor"]
+
+
+@pytest.mark.parametrize("written", [None, b"", b"Features: fp asimd\n", b"model name\t: \xff 9\n"])
+def test_every_processor_has_a_name(tmp_path: Path, monkeypatch, written: bytes | None) -> None:
+    from gaitlab import provenance
+
+    file = tmp_path / "cpuinfo"
+    if written is not None:
+        file.write_bytes(written)
+    monkeypatch.setattr(provenance, "CPUINFO", file)
+    assert provenance.processor.__wrapped__()
 
 
 def test_metrics_of_the_stored_log_are_those_of_the_record(store: Store) -> None:

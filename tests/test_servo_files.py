@@ -59,7 +59,37 @@ def test_every_number_of_a_shipped_servo_has_unit_and_source(name: str) -> None:
 def test_an_unknown_or_wrong_servo_is_refused(tmp_path) -> None:
     with pytest.raises(UnknownName, match="did you mean 'mx_28'"):
         load_servo("mx28")
-    (tmp_path / "ours.yaml").write_text("stall_torque: 2.5\nlatency: 1.5\n")
+    (tmp_path / "ours.yaml").write_text("stall_torque: 2.5\nlatency: fast\n")
     with pytest.raises(FileError) as caught:
         load_servo("./ours.yaml", tmp_path)
-    assert "ours.yaml:2:10: latency: found 1.5; allowed is a whole number" in str(caught.value)
+    assert "ours.yaml:2:10: latency: found the text 'fast'; allowed is a number" in str(
+        caught.value
+    )
+
+
+@pytest.mark.parametrize(
+    ("written", "place"),
+    [
+        ("2", "1:10"),
+        ('{value: 2, unit: "-", source: bus}', "1:27"),
+        ("{value: 2, unit: s}", "1:18"),
+    ],
+)
+def test_a_servo_file_with_ticks_is_told_the_seconds(tmp_path, written: str, place: str) -> None:
+    rest = (line for line in locate("servo", "mx_28").read_text().splitlines())
+    others = "\n".join(line for line in rest if not line.startswith("latency"))
+    (tmp_path / "ours.yaml").write_text(f"latency: {written}\n{others}\n")
+    with pytest.raises(FileError) as caught:
+        load_servo("./ours.yaml", tmp_path)
+    (problem,) = caught.value.problems
+    assert f"ours.yaml:{place}: latency" in str(problem)
+    assert "seconds" in problem.message
+    assert "2 ticks of 2 ms are written 0.004" in problem.message
+
+
+def test_a_latency_that_never_was_ticks_is_told_its_range_alone(tmp_path) -> None:
+    (tmp_path / "ours.yaml").write_text("latency: 200\n")
+    with pytest.raises(FileError) as caught:
+        load_servo("./ours.yaml", tmp_path)
+    assert "0 to 0.2 s" in str(caught.value)
+    assert "ticks" not in str(caught.value)

@@ -22,6 +22,7 @@ from gaitlab.store import Store
 
 WALK, POSES, COPIES, DANCE = "bioloid_walk", "bioloid_poses", "bioloid_robots", "bioloid_dance"
 LATENCY, SPREAD = "servo.latency", "spread.servo_latency"
+TITLES = {LATENCY: "latency [s]", SPREAD: "spread of latency [s]"}
 LAWS = ("gait.ankle_law", "gait.coupling", "gait.stance_omega_sign")
 FIGURES = (  # metric, title, factor to the unit shown, digits
     ("time_to_fall", "falls at [s]", 1.0, 2),
@@ -59,7 +60,7 @@ def _table(store: Path, experiment: str, title: str, paths: Sequence[str]) -> Ta
     )
     if found.empty:
         text = f"Not simulated yet: `gaitlab run {experiment}`."
-    header = [*(path.split(".")[-1] for path in paths), "stayed up"]
+    header = [*(TITLES.get(path, path.split(".")[-1]) for path in paths), "stayed up"]
     header += [title for _, title, _, _ in FIGURES]
     groups = [] if found.empty else list(found.groupby(list(paths), sort=False))
     rows = [
@@ -94,7 +95,7 @@ def verdict(store: Path) -> str:
             f"(`gaitlab run {COPIES}`)."
         )
     parts = [
-        f"{stayed_up(cell)} stayed up with servos {2 * latency:.0f} ± {2 * spread:.0f} ms late"
+        f"{stayed_up(cell)} stayed up with servos {1e3 * latency:.0f} ± {1e3 * spread:.0f} ms late"
         for (latency, spread), cell in found.groupby([LATENCY, SPREAD], sort=False)
     ]
     return (

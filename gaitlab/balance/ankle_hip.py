@@ -149,7 +149,7 @@ class AnkleHip:
         self._axes = (_strategies(gains, "pitch"), _strategies(gains, "roll"))
         self._lean = feet.trunk_pitch.tolist()
         self._stance = stance_weights(feet.swing, round(gains.blend_time / dt)).tolist()
-        ratio = gains.imu.every(dt) * dt / gains.filter_time if gains.filter_time else np.inf
+        ratio = gains.imu.spacing(dt) / gains.filter_time if gains.filter_time else np.inf
         self._new = 1.0 - exp(-ratio)
         self._error: Attitude | None = None
 

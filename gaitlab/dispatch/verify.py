@@ -129,4 +129,7 @@ def _difference(store: Store, again: Store, outcome: Outcome) -> str:
     return f"other numbers this time ({told or 'the same versions and platform'})"
 
 
-_NUMERIC = ("numpy_version", "pybullet_version", "platform", "gaitlab_version", "git_commit")
+_NUMERIC = (
+    *("numpy_version", "pybullet_version", "numba_version", "platform", "processor"),
+    *("gaitlab_version", "git_commit"),
+)

@@ -24,7 +24,13 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from gaitlab.documents.messages import allowed, expected_mapping, unknown_key, wrong_value
+from gaitlab.documents.messages import (
+    allowed,
+    expected_mapping,
+    former_unit,
+    unknown_key,
+    wrong_value,
+)
 from gaitlab.documents.mistakes import in_order
 from gaitlab.documents.nodes import Node, plain
 from gaitlab.errors import FileError, GaitlabError, Problem
@@ -209,14 +215,16 @@ def _bare(item: Parameter, node: Node) -> tuple[Node, list[Problem]]:
         if key not in node.mapping
     ]
     unit = node.mapping.get("unit", node)
+    value = node.mapping.get("value", node)
     if unit is not node and unit.value != item.unit:
+        former = former_unit(item, value.value) if unit.value == "-" else ""
         problems.append(
             unit.problem(
                 f"{item.name}: found {unit.found()} as its unit; the unit is {item.unit!r}, "
-                "convert it"
+                f"convert it{former}"
             )
         )
-    return node.mapping.get("value", node), problems
+    return value, problems
 
 
 def _form(item: Parameter) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from math import isfinite, pi
-from typing import Literal, get_args, get_origin
+from typing import Literal, cast, get_args, get_origin
 
 from gaitlab.documents.nodes import Node
 from gaitlab.errors import Problem
@@ -74,7 +74,12 @@ def wrong_value(item: Parameter, node: Node) -> str:
     choice = ""
     if get_origin(item.type) is Literal and isinstance(node.value, str):
         choice = nearest(node.value, map(str, get_args(item.type)))
-    hint = choice or _slip(item, node.value) or _typing(item, node.value)
+    hint = (
+        choice
+        or former_unit(item, node.value)
+        or _slip(item, node.value)
+        or _typing(item, node.value)
+    )
     return f"{found}; allowed is {allowed(item)} ({item.doc}){hint}"
 
 
@@ -89,6 +94,20 @@ def _typing(item: Parameter, value: object) -> str:
     if number[2]:
         return f"; write the number alone, without {number[2][:20]!r}, in the unit above"
     return f"; write {bare} without quotes" + (" and with a point" if "," in number[1] else "")
+
+
+def former_unit(item: Parameter, value: object) -> str:
+    """What a number is today that was right in the unit which the parameter once had."""
+    known = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    if item.former is None or not known or item.low is None or item.high is None:
+        return ""
+    today = cast(float, value) * item.former.factor
+    if not item.low <= today <= item.high:
+        return ""
+    return (
+        f"; it is in {item.former.today} and no longer in {item.former.name}: "
+        f"{value:g} {item.former.name} are written {today:.6g}"
+    )
 
 
 def _slip(item: Parameter, value: object) -> str:

@@ -159,7 +159,7 @@ def _paths(node: Node | None) -> tuple[str, ...]:
 def _values(column: Column, parts: Parts, problems: list[Problem]) -> Iterator[Value]:
     """Checked values of a path; mistakes go to `problems`."""
     try:
-        parts.parameter(column.path)
+        parts.parameter(column.path, everywhere=True)
     except WrongValue as error:
         problems.append(column.key.problem(f"{column.section}: {error}"))
         return

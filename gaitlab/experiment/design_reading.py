@@ -9,6 +9,7 @@ design:
     surface.vertical_scale: {low: 0.5, high: 2.0, log: true}
     robot.sole.length: {low: 0.10, high: 0.15, with: {robot.sole.heel: [0.044, 0.066]}}
 
+A path of grounds moves those that have it: `surface.bonding` every grass and no carpet.
 What stands under `with:` moves in a straight line from its first value, where the swept parameter
 is lowest, to its second.
 """
@@ -22,7 +23,7 @@ from typing import Literal
 from gaitlab.documents import Node, build, check, collected
 from gaitlab.errors import FileError, Problem, WrongValue
 from gaitlab.experiment.design import MOST_POINTS, Design, Follower, Quantity
-from gaitlab.experiment.parts import Parts
+from gaitlab.experiment.parts import Parts, owned
 from gaitlab.experiment.ranges import read_ends, unknown_keys
 from gaitlab.experiment.study import Numbers
 from gaitlab.parameters import Parameter, parameter
@@ -78,6 +79,7 @@ def read_design(section: Node | None, parts: Parts) -> Design | None:
         raise FileError(problems)
     design = Design(type=keys.type, points=keys.points, seed=keys.seed, box=tuple(box))
     _require_different(section, design)
+    _require_moved(section, design, parts)
     return design
 
 
@@ -166,3 +168,17 @@ def _require_different(section: Node, design: Design) -> None:
             "few whole numbers; ask for fewer points or list them under grid"
         )
         raise FileError([section.mapping["points"].problem(message)])
+
+
+def _require_moved(section: Node, design: Design, parts: Parts) -> None:
+    """Refuse a ground on which all points are the same walk."""
+    paths = [path for item in design.box for path in item.paths]
+    if not all(path.startswith("surface.") for path in paths):
+        return
+    for name, surface in parts.surfaces.items():
+        if not owned(surface, {path.removeprefix("surface."): 0.0 for path in paths}):
+            message = (
+                f"design: box: {name} has none of {', '.join(paths)}, so that all points are the "
+                "same there; take it off `surfaces:` or sweep something that it has"
+            )
+            raise FileError([section.keys["box"].problem(message)])

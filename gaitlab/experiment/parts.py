@@ -90,8 +90,13 @@ class Parts:
         """What the balance controller is called; `none` without one."""
         return label(self.balance_code.name) if self.balance_code else NO_BALANCE
 
-    def parameter(self, path: str) -> Parameter:
+    def parameter(self, path: str, *, everywhere: bool = False) -> Parameter:
         """What is known of a dotted path.
+
+        Args:
+            path: The path.
+            everywhere: Whether every ground has to have it, if it is one of grounds. Where one
+                lacks it, varying it would walk the same trials again and again there.
 
         Raises:
             WrongValue: If there is no such path; names the nearest, and a surface that lacks it.
@@ -109,7 +114,7 @@ class Parts:
             shown = " or ".join(f"`balance: {name}`" for name in names("balance"))
             raise WrongValue(f"{path!r}: there is no balance controller; add a line {shown}")
         if group == "surface":
-            return self._of_every_surface(path, rest)
+            return self._of_surfaces(path, rest, everywhere)
         table = self._table(group)
         if rest not in table:
             known = [f"{group}.{name}" for name in table]
@@ -136,16 +141,17 @@ class Parts:
         )
         return {"type": switch, **parameter_table(type(self.balance))}
 
-    def _of_every_surface(self, path: str, rest: str) -> Parameter:
-        for name, surface in self.surfaces.items():
-            table = parameter_table(type(surface))
-            if rest not in table:
+    def _of_surfaces(self, path: str, rest: str, everywhere: bool) -> Parameter:
+        tables = [parameter_table(type(surface)) for surface in self.surfaces.values()]
+        found = [table[rest] for table in tables if rest in table]
+        for (name, surface), table in zip(self.surfaces.items(), tables, strict=True):
+            if rest not in table and (everywhere or not found):
                 known = [f"surface.{key}" for key in table]
                 raise WrongValue(
                     f"{path!r} is no parameter of {name}, a surface of type {surface.type!r}"
                     f"{suggestion(path, known)}"
                 )
-        return parameter_table(type(next(iter(self.surfaces.values()))))[rest]
+        return found[0]
 
     def check(self, path: str, node: Node) -> Value:
         """Value of a dotted path from a node.
@@ -169,7 +175,7 @@ class Parts:
             self.servos(inner)
         elif group == "surface":
             for surface in self.surfaces.values():
-                changed(surface, inner)
+                changed(surface, owned(surface, inner))
         else:
             made = changed(getattr(self, group), inner)
             try_out(group, made)
@@ -190,7 +196,11 @@ class Parts:
         elif group == "servo":
             found = [get_path(servo, rest) for servo in self.servos({})]
         elif group == "surface":
-            found = [get_path(surface, rest) for surface in self.surfaces.values()]
+            found = [
+                get_path(surface, rest)
+                for surface in self.surfaces.values()
+                if rest in parameter_table(type(surface))
+            ]
         else:
             found = [get_path(getattr(self, group), rest)]
         return list(dict.fromkeys(found))
@@ -231,6 +241,12 @@ def try_out(group: str, made: Any) -> None:
         require_walk(made)
     elif group == "robot":
         _ = made.tree.joints, made.sole, made.hip_offset()
+
+
+def owned(surface: Surface, changes: Mapping[str, Value]) -> dict[str, Value]:
+    """Those of the changes to all grounds that this one has a parameter for."""
+    table = parameter_table(type(surface))
+    return {path: value for path, value in changes.items() if path in table}
 
 
 def changed(owner: T, changes: Mapping[str, Value]) -> T:

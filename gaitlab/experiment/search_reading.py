@@ -74,7 +74,7 @@ def _item(
     """One searched parameter; its mistakes go to `problems`."""
     node = search.mapping[path]
     try:
-        item = replace(parts.parameter(path), name=path)
+        item = replace(parts.parameter(path, everywhere=True), name=path)
     except WrongValue as error:
         problems.append(search.keys[path].problem(f"search: {error}"))
         return None

@@ -14,7 +14,8 @@ UNIT = "J"
 def absolute_work(log: TrialLog) -> float:
     """Sum of |torque x velocity| dt over all servos, in [J]: what servos cost that brake actively.
 
-    Over the walk before a fall. NaN when nothing was walked. Defined here.
+    The velocity is the mean one of each tick. Over the walk before a fall. NaN when nothing was
+    walked. Defined here.
     """
-    power = (log.driven_table("torque") * log.driven_table("velocity"))[log.walking]
+    power = log.joint_power[log.walking]
     return float(np.abs(power).sum()) * log.header.dt if power.size else nan

@@ -10,7 +10,7 @@ UNIT = "J"
 def energy(log: TrialLog) -> float:
     """Positive mechanical work of all servos, the sum of max(torque x velocity, 0) dt, in [J].
 
-    Braking gives nothing back, joint by joint. Over the walk before a fall. NaN when nothing was
-    walked. Defined here.
+    The velocity is the mean one of each tick. Braking gives nothing back, joint by joint. Over the
+    walk before a fall. NaN when nothing was walked. Defined here.
     """
     return log.work

@@ -21,7 +21,10 @@ from gaitlab.store import Store
 from gaitlab.surfaces import Surface
 from gaitlab.trial import PHYSICS_VERSION, Trial
 
-PROVENANCE = ("gaitlab_version", "pybullet_version", "numpy_version", "python_version", "platform")
+PROVENANCE = (
+    *("gaitlab_version", "pybullet_version", "numpy_version", "numba_version", "python_version"),
+    *("platform", "processor"),
+)
 DEFAULT_STORE = "data"  # of the command line
 SETTING = "# --set "  # begins a line of an experiment's text that notes an option
 MACHINE = ("git_commit", "host")

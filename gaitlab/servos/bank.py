@@ -11,11 +11,13 @@ import numpy as np
 from gaitlab.servos.law import drive, feedback, servo_row
 from gaitlab.servos.servo import Servo
 
+ROUNDING = 1e-6  # ticks; forgives 0.014 / 0.002 being no whole number to the last bit
+
 
 def unequally_late(
     servos: Sequence[Servo], spread: float, rng: np.random.Generator
 ) -> Sequence[Servo]:
-    """Servos whose latencies, in ticks, are each moved by spread x U(-1, 1), never below 0.
+    """Servos whose latencies are each moved by spread x U(-1, 1), in [s], never below 0.
 
     Nothing is drawn for a spread of 0.
     """
@@ -23,8 +25,8 @@ def unequally_late(
         return servos
     moved = spread * rng.uniform(-1.0, 1.0, len(servos))
     return [
-        replace(servo, latency=max(0, round(servo.latency + float(ticks))))
-        for servo, ticks in zip(servos, moved, strict=True)
+        replace(servo, latency=max(0.0, servo.latency + float(by)))
+        for servo, by in zip(servos, moved, strict=True)
     ]
 
 
@@ -51,9 +53,10 @@ class ServoBank:
         """
         self._row = servo_row(servos, gain_scale)
         self._memory = feedback(self._row.damping, mobility, dt)
-        self._delays = np.array([servo.latency for servo in servos])
-        self._alike = len(set(self._delays)) == 1
-        longest = int(self._delays.max(initial=0))
+        self._delays, self._shares = _ticks(np.array([servo.latency for servo in servos]) / dt)
+        self._between = self._shares > 0.0
+        self._alike = len(set(zip(self._delays, self._shares, strict=True))) == 1
+        longest = int((self._delays + self._between).max(initial=0))
         self._targets = deque([pose.copy()] * (longest + 1), maxlen=longest + 1)
         self._speed, self._torque = np.zeros(len(servos)), np.zeros(len(servos))
 
@@ -81,8 +84,24 @@ class ServoBank:
         return self._speed.tolist(), self._torque.tolist()
 
     def _arrived(self) -> np.ndarray:
-        """The targets that reach each servo in this tick, sent as many ticks ago as it is late."""
-        if self._alike:
+        """The targets that reach each servo in this tick, sent as long ago as it is late.
+
+        A command that was sent between two ticks lies on the line between theirs.
+        """
+        if self._alike and not self._between[0]:
             return self._targets[0]
-        newest = len(self._targets) - 1
-        return np.array(self._targets)[newest - self._delays, np.arange(len(self._delays))]
+        if self._alike:
+            later, earlier = self._targets[1], self._targets[0]
+            return later + self._shares * (earlier - later)
+        sent, joint = np.array(self._targets), np.arange(len(self._delays))
+        at = len(sent) - 1 - self._delays
+        later, earlier = sent[at, joint], sent[at - self._between, joint]
+        return np.where(self._between, later + self._shares * (earlier - later), later)
+
+
+def _ticks(late: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Delays in whole ticks, and the share of another tick beyond them; no share of rounding."""
+    nearest = np.rint(late)
+    late = np.where(np.abs(late - nearest) < ROUNDING, nearest, late)
+    whole = np.floor(late)
+    return whole.astype(int), late - whole

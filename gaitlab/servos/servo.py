@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gaitlab.parameters import parameter
+from gaitlab.parameters import Former, parameter
+
+FORMER_TICKS = Former("ticks of 2 ms", 0.002, "seconds")  # what latencies were counted in
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +39,13 @@ class Servo:
     position_gain: float = parameter(
         unit="1/s", low=1.0, high=500.0, doc="commanded speed over position error, below full duty"
     )
-    latency: int = parameter(unit="-", low=0, high=100, doc="ticks between command and its effect")
+    latency: float = parameter(
+        unit="s",
+        low=0.0,
+        high=0.2,
+        doc="time from a command to its effect",
+        former=FORMER_TICKS,
+    )
     resolution: float = parameter(
         unit="rad", low=0.0, high=0.1, doc="smallest step of target and encoder"
     )

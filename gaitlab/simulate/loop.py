@@ -70,7 +70,7 @@ class Closed:
         balance, dt = trial.balance, trial.engine.dt
         require_joints(balance, trial.robot)
         self.sent = targets.copy()
-        self._every = balance.imu.every(dt)
+        self._imu, self._dt = balance.imu, dt
         self._controller = balance.controller(feet, dt)
         self._readings = Readings(balance.imu, dt, randomness(trial.seed).imu)
         self._columns = _columns(trial.robot, balance.joints)
@@ -79,7 +79,7 @@ class Closed:
 
     def target(self, tick: int) -> np.ndarray:
         """The gait's target with the correction of the latest reading, within the limits."""
-        if tick % self._every == 0:
+        if self._imu.due(tick, self._dt):
             felt = self._readings.read()
             self._correction[self._columns] = self._controller.correction(tick, felt)
         row: np.ndarray = self.sent[tick]

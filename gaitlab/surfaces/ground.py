@@ -11,7 +11,13 @@ from gaitlab.surfaces.surface import FibreMat, TuftedPile
 
 CELLS = 128  # cells along each side before the irregularity repeats
 FORCE_SHARE = 0.35  # of the robot's weight: largest plough force of one edge element
-STIFFNESS_SHARE = 0.05  # of foot mass over dt^2: keeps the explicit plough force stable
+# The plough force is an explicit spring of each edge element, whose stiffness over the foot's mass
+# is at most PLOUGH_RATE, the same at every step of time. Pushed sideways a foot leans on two
+# elements, turned about the vertical on four; with its inertia that makes 6 times the rate, the
+# worst case. Stable is what lies below 4 / dt^2. STABLE_SHARE / dt^2 binds at steps above 4 ms
+# alone: 6 times it is 1.2 / dt^2, so that larger steps are stable too, with softer edges.
+PLOUGH_RATE = 12_500.0  # 1/s^2
+STABLE_SHARE = 0.2  # of 1 / dt^2
 
 
 class Pile(NamedTuple):
@@ -113,13 +119,13 @@ def pile_for(
         sole: The sole that stands on it.
         weight: Weight of the robot, in [N]; caps the plough force.
         foot_mass: Mass of a foot link, in [kg]; caps the plough stiffness.
-        dt: Time step, in [s].
+        dt: Time step, in [s]; matters above 4 ms alone, see PLOUGH_RATE.
         rng: Source of the pile's irregularity.
         irregularity: Factor on the surface's own noise, 0 for an even lawn.
     """
     law = surface.law()
     heights, densities = _fields(rng)
-    caps = (FORCE_SHARE * weight, STIFFNESS_SHARE * foot_mass / dt**2)
+    caps = (FORCE_SHARE * weight, foot_mass * min(PLOUGH_RATE, STABLE_SHARE / dt**2))
     nap = (surface.nap, np.cos(surface.nap_direction), np.sin(surface.nap_direction))
     return Pile(
         law=np.array([law.height, law.exponent, law.p1, law.p2, law.solid_height]),

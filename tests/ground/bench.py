@@ -24,7 +24,7 @@ STILL = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=0.0
 PEDESTALS = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 LOCK = Servo(
     stall_torque=60.0, no_load_speed=20.0, voltage=12.0, supply=12.0, torque_limit=1.0,
-    position_gain=60.0, latency=0, resolution=0.0, backlash=0.0, mass=0.0,
+    position_gain=60.0, latency=0.0, resolution=0.0, backlash=0.0, mass=0.0,
 )  # fmt: skip
 
 

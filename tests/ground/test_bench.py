@@ -47,6 +47,39 @@ def test_pressed_soles_sink_as_the_pile_law_says(name: str, kind: str) -> None:
         assert sink == pytest.approx(law, rel=0.05, abs=2e-5)  # Bullet's slop is 1e-5 m
 
 
+@pytest.mark.parametrize("name", PEDESTALS)
+def test_a_pile_is_the_same_at_every_step_of_time(name: str) -> None:
+    finest, *others = (pile(name, dt=dt, toe_catch=15.0) for dt in (1e-4, 0.001, 0.002, 0.004))
+    for other in others:
+        for part, same in zip(other, finest, strict=True):
+            np.testing.assert_allclose(part, same, rtol=1e-12)
+    assert finest.plough[5] == pytest.approx(0.05 * 0.12 / 0.002**2)  # N/m
+
+
+@pytest.mark.parametrize(
+    "way", [(1.0, 0.0, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0), (0.6, 0.5, 0.7)]
+)
+@pytest.mark.parametrize("dt", [0.002, 0.004, 0.01])
+def test_a_foot_alone_gains_no_energy_from_what_it_ploughs(dt: float, way) -> None:
+    ground = pile("grass_50mm", "flat", dt=dt, toe_catch=15.0)
+    ground.plough[4] = 1e3  # N, so that only the stiffness is capped
+    mass, inertia = 0.12, 0.12 * (0.125**2 + 0.080**2) / 12.0
+    footprint, at, velocity, yaw, spin = new_footprint(12), np.zeros(2), np.zeros(2), 0.0, 0.0
+    velocity[:], spin = 0.01 * np.array(way[:2]), 0.1 * way[2]
+    first = mass * velocity @ velocity + inertia * spin**2
+    most = 0.0
+    for _ in range(round(4.0 / dt)):
+        place = (*at.tolist(), 0.043)
+        turn = (0.0, 0.0, float(np.sin(yaw / 2)), float(np.cos(yaw / 2)))
+        push = press(ground, footprint, place, turn, place, (*velocity, 0.0), (0.0, 0.0, spin), dt)
+        velocity = velocity + np.array(push.force) / mass * dt
+        spin += push.torque[2] / inertia * dt
+        at, yaw = at + velocity * dt, yaw + spin * dt
+        most = max(most, mass * velocity @ velocity + inertia * spin**2)
+    assert most <= first * 1.01
+    assert max(footprint.stiffness) == pytest.approx(ground.plough[5])  # the cap was at work
+
+
 @pytest.mark.parametrize("grid", [(3, 3), (6, 5)])
 @pytest.mark.parametrize("name", ["grass_30mm", "webots_grass"])
 def test_the_number_of_supports_does_not_change_how_deep_a_sole_sinks(

@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
+from gaitlab.metrics.absolute_work import absolute_work
 from gaitlab.metrics.energy import energy
 from gaitlab.metrics.tracking_error import tracking_error
 from tests.synthetic import HEADER, header, sine, walk
@@ -33,9 +35,71 @@ def test_one_joint_that_brakes_gives_nothing_to_another():
     assert energy(log) == pytest.approx(2.0 * WALKED, rel=1e-6)
 
 
+def pushed(torques: np.ndarray, inertia: float, dt: float) -> tuple[TrialLog, np.ndarray]:
+    """A joint alone, moved as an engine moves it, and its speeds from before the walk on."""
+    head = header(dt=dt)
+    speeds = np.cumsum(torques) * dt / inertia
+    start = round(head.startup_time / dt)
+    log = walk(
+        head,
+        cycles=len(torques) * dt / head.gait_period - start * dt / head.gait_period,
+        left_knee_torque=lambda walked: torques[: len(walked)],
+        left_knee_velocity=lambda walked: speeds[: len(walked)],
+    )
+    return log, speeds[log.walking.start - 1 : log.walking.stop]
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.005, 0.02])
+def test_work_is_what_it_adds_to_the_kinetic_energy(dt: float) -> None:
+    rng = np.random.default_rng(4)
+    inertia = 0.003
+    log, speeds = pushed(rng.normal(0.0, 0.05, round(5.0 / dt)), inertia, dt)
+    work = float(log.joint_power[log.walking].sum()) * dt
+    gained = 0.5 * inertia * (speeds[-1] ** 2 - speeds[0] ** 2)
+    assert work == pytest.approx(gained, rel=1e-5, abs=1e-7)
+    assert energy(log) - absolute_work(log) == pytest.approx(0.5 * (work - absolute_work(log)))
+
+
+def test_a_joint_that_speeds_up_from_rest_and_brakes_to_rest_costs_as_much_either_way() -> None:
+    ticks = 1000
+    torques = np.concatenate([np.full(ticks // 2, 0.02), np.full(ticks // 2, -0.02)])
+    there, _ = pushed(torques, 0.003, 0.005)
+    back, _ = pushed(-torques, 0.003, 0.005)
+    assert energy(there) == pytest.approx(energy(back))
+    power = there.joint_power[:, 0]
+    assert power[: ticks // 2].sum() == pytest.approx(-power[ticks // 2 :].sum(), rel=1e-3)
+    # The same motion seen backwards: speeds change sign, and the torques act in reverse order.
+    backwards = {
+        "left_knee_torque": lambda walked: torques[::-1],
+        "left_knee_velocity": lambda walked: np.append(-np.cumsum(torques)[-2::-1], 0.0) * 5 / 3,
+    }
+    reverse = walk(there.header, cycles=5.0, **backwards)
+    np.testing.assert_allclose(reverse.joint_power[1:-1, 0], -power[-2:0:-1], rtol=1e-5, atol=1e-7)
+
+
+def test_a_window_begins_with_the_speed_of_the_row_before_it() -> None:
+    start = round(HEADER.startup_time / HEADER.dt)
+
+    def since(row: int, value: float):
+        return lambda walked: np.where(np.arange(len(walked)) >= row, value, 0.0)
+
+    log = walk(left_knee_torque=since(start, 1.0), left_knee_velocity=since(start, 2.0))
+    assert log.walking.start == start
+    assert log.joint_power[start, 0] == 1.0
+    assert log.joint_power[start + 1, 0] == 2.0
+
+
 def test_energy_does_not_depend_on_the_time_step():
-    courses = {"left_knee_torque": sine(1.0), "left_knee_velocity": sine(2.0)}
-    fine, coarse = (walk(header(dt=dt), **courses) for dt in (0.001, 0.01))
+    def worked(dt: float) -> TrialLog:
+        # A row's torque is that of its tick, so of the tick's middle; its velocity is of the end.
+        torque = sine(1.0)
+        return walk(
+            header(dt=dt),
+            left_knee_torque=lambda walked: torque(walked - 0.5 * dt),
+            left_knee_velocity=sine(2.0),
+        )
+
+    fine, coarse = worked(0.001), worked(0.01)
     assert energy(fine) == pytest.approx(energy(coarse), rel=1e-3)
     assert energy(fine) == pytest.approx(1.0 * WALKED, rel=1e-3)  # mean of 2 sin^2 is 1
 

@@ -14,6 +14,7 @@ from gaitlab.metrics import measure
 from gaitlab.plan import PlannedTrial, plan
 from gaitlab.report import write_report
 from gaitlab.report.gather import gather
+from gaitlab.report.sources import sources
 from gaitlab.store import Store, TrialRecord
 from tests.report.builder import walk_log
 
@@ -51,7 +52,9 @@ def both(tmp_path: Path) -> list[Experiment]:
     ]
 
 
-def run(store: Store, asked: Experiment, trials: Iterable[PlannedTrial] | None = None) -> None:
+def run(
+    store: Store, asked: Experiment, trials: Iterable[PlannedTrial] | None = None, **known: str
+) -> None:
     """Commit walks that fall forward on grass without heel strike and stay up elsewhere."""
     store.register(asked, plan(asked).trials())
     for item in plan(asked).trials() if trials is None else trials:
@@ -65,7 +68,7 @@ def run(store: Store, asked: Experiment, trials: Iterable[PlannedTrial] | None =
             reason="",
             trial=item.trial.to_dict(),
             metrics=measure(log),
-            provenance={"gaitlab_version": "0.1.0", "host": "lab|1", "wall_time": 1.5},
+            provenance={"gaitlab_version": "0.1.0", "host": "lab|1", "wall_time": 1.5, **known},
         )
         store.commit(record, log)
         store.note(record)
@@ -92,6 +95,17 @@ def test_a_finished_experiment_becomes_a_page(
     assert "Incomplete" not in text
     assert "12 trials planned: 12 done" in text
     assert "lab|1" not in text
+
+
+def test_the_processor_is_named_where_it_is_known(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    trials = list(plan(both[0]).trials())
+    run(store, both[0], trials[:5])
+    assert "processor" not in sources(both[:1], store, gather(both[:1], store)).facts
+    run(store, both[0], trials[5:], processor="A CPU @ 3 GHz")
+    assert sources(both[:1], store, gather(both[:1], store)).facts["processor"] == "`A CPU @ 3 GHz`"
+    assert "A CPU @ 3 GHz" in write_report(both[:1], store, tmp_path / "out").read_text("utf-8")
 
 
 def test_two_experiments_share_a_page_and_bring_a_variant_each(

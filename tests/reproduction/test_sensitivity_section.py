@@ -103,6 +103,28 @@ def test_shares_are_counted_at_every_point_of_the_first_and_last_switch(experime
     assert not np.any(sweep.by_ground["carpet_4mm"].improvement)
 
 
+def test_a_share_is_that_of_all_seeds(experiment) -> None:
+    results = results_of(experiment, up)
+    lucky = results.trials["seed"] == 1
+    trials = results.trials.assign(stable=results.trials["stable"] & lucky)
+    both, one = (sweep_of(experiment, replace(results, trials=t)) for t in (results.trials, trials))
+    for ground, sides in both.by_ground.items():
+        np.testing.assert_allclose(one.by_ground[ground], 0.5 * np.array(sides))
+
+
+def test_a_step_alone_and_a_number_of_some_grounds_are_swept_too(tmp_path: Path) -> None:
+    text = SWEEP.replace("[0.02, 0.04, 0.06, 0.08]", "[0.04]").replace("seeds: 2", "seeds: 3")
+    box = "  box:\n"
+    text = text.replace(box, f"{box}    surface.bonding: {{low: 1.0, high: 16.0, log: true}}\n")
+    experiment = read(tmp_path, text)
+    results = results_of(experiment, up)
+    sweep = sweep_of(experiment, results)
+    assert (sweep.places.shape, sweep.walks, sweep.left_out) == ((32, 4), 2 * 3, 0)
+    text = page(experiment, results, tmp_path)
+    assert "bonding, 1 to 16" in text
+    assert "0 to 2" in text
+
+
 def test_places_are_those_that_the_points_came_from(experiment) -> None:
     places = sweep_of(experiment, results_of(experiment, up)).places
     assert places.shape == (32, 3)

@@ -13,7 +13,7 @@ from gaitlab.servos.law import drive, feedback, servo_row, torque_limit
 
 SERVO = Servo(
     stall_torque=6.0, no_load_speed=6.6, voltage=12.0, supply=12.0, torque_limit=0.6,
-    position_gain=60.0, latency=0, resolution=0.0, backlash=0.0, mass=0.1,
+    position_gain=60.0, latency=0.0, resolution=0.0, backlash=0.0, mass=0.1,
 )  # fmt: skip
 angles = st.floats(-2.0, 2.0)
 speeds = st.floats(-12.0, 12.0)

@@ -53,7 +53,7 @@ class Reading(NamedTuple):
 
 def clean(name: str) -> Servo:
     """The servo without rounding, play and delay, which have tests of their own."""
-    return replace(load_servo(name), resolution=0.0, backlash=0.0, latency=0)
+    return replace(load_servo(name), resolution=0.0, backlash=0.0, latency=0.0)
 
 
 def inertias(servo: Servo) -> list[float]:
