@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil, hypot, isfinite
 
 import numpy as np
@@ -12,7 +13,7 @@ from gaitlab.engine import Engine, TickState
 from gaitlab.errors import GaitlabError
 from gaitlab.fall import FallDetector
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
-from gaitlab.motion import require_feet
+from gaitlab.motion import first_step, require_feet
 from gaitlab.servos.law import torque_limit
 from gaitlab.simulate.columns import log_of
 from gaitlab.simulate.loop import Loop, loop_of
@@ -36,6 +37,7 @@ def simulate(trial: Trial) -> TrialLog:
     ticks = _ticks(trial)
     feet = trial.gait.feet(np.arange(ticks) * header.dt)
     require_feet(feet, ticks)
+    header = replace(header, first_step_time=first_step(feet) * header.dt)
     targets = joint_commands(trial.robot, feet)
     with Engine(
         trial.robot,
