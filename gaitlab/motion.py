@@ -66,7 +66,7 @@ def first_step(feet: FeetPoses) -> float:
     A step begins where a foot is first meant to be in the air. A motion that never means a foot to
     be, a dance on both feet for instance, begins where anything that it commands first changes.
     """
-    begun = np.asarray(feet.swing).any(axis=1)
+    begun: np.ndarray = np.any(feet.swing, axis=1)
     if not begun.any():
         parts = (feet.position, feet.heading, feet.trunk_pitch, feet.ankle_pitch, feet.knee_only)
         for part in (*parts, *feet.joints.values()):
