@@ -109,6 +109,7 @@ def test_a_second_run_finds_everything_cached(swept) -> None:
         "failed": 0,
     }
     assert {"infeasible", "falls", "seconds"} <= set(counts)
+    assert 0 <= counts["fell_standing"] <= counts["falls"]
 
 
 def test_a_changed_value_runs_only_the_new_cells(swept) -> None:
