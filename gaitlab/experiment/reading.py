@@ -214,6 +214,8 @@ def apply_setting(tree: Node, setting: str) -> Node:
         )
     value = parse(text, Path(f"--set {shown}"), placed=False)
     changed = _set(tree, _steps(path), value)
+    if path == "gait" and value.value == STAND:
+        changed = _with_walk(tree, _with_types(changed))
     return _with_types(_on_base(tree, changed) if path in TYPED else changed)
 
 

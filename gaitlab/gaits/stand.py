@@ -19,7 +19,7 @@ from gaitlab.parameters import parameter
 
 LEVEL = 1e-9  # m and rad; a pose that is farther from standing on both soles is none of these
 DIGITS = 12  # after the point, of what is taken from a walk
-_OF_WALK = "assumption: bent knees; an experiment takes it from a walking gait"
+_OF_WALK = "assumption: bent knees; `walk: GAIT` takes it from that gait's first pose"
 
 
 @dataclass(frozen=True, kw_only=True)

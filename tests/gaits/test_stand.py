@@ -64,6 +64,8 @@ def test_it_takes_its_pose_from_the_walk_below_or_the_one_named(tmp_path: Path) 
     wanted = {"hip_height": 0.22, "com_offset": -0.01, "trunk_pitch": 0.05}
     taken = standing(tmp_path, "stand").parts.gait
     assert {name: getattr(taken, name) for name in wanted} == wanted
+    (tmp_path / "walk.yaml").write_text(WALK + GROUNDS)
+    assert load_experiment(tmp_path / "walk.yaml", ["gait=stand"]).parts.gait == taken
     named = standing(tmp_path, "{type: stand, walk: flow, step_width: 0.1}").parts.gait
     assert (named.hip_height, named.step_width) == (0.487, 0.1)
 
