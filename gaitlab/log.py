@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import pairwise
-from math import nan
+from math import inf, isinf, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,8 @@ class LogHeader:
             a joint without a servo.
         fsr_positions: x and y of the force sensors in the ankle frame, in [m]: four of the left
             foot in the order of the columns, then four of the right; empty if there are none.
+        first_step_time: Instant of the first commanded step, in [s] as `gaitlab.motion` tells it;
+            infinite if there is none, NaN in a log that was stored without it.
     """
 
     joints: tuple[str, ...]
@@ -54,12 +56,23 @@ class LogHeader:
     sole_width: float
     torque_limits: tuple[float, ...]
     fsr_positions: tuple[float, ...] = ()
+    first_step_time: float = nan
+
+    def __post_init__(self) -> None:
+        if self.first_step_time is None:  # as JSON has it, which knows no infinity
+            object.__setattr__(self, "first_step_time", inf)
 
     def to_dict(self) -> dict[str, Any]:
         """The header as JSON data, from which `LogHeader(**data)` rebuilds it."""
         data = asdict(self)
-        # A robot without sensors has the header that it had before there were any.
-        return data if self.fsr_positions else {k: data[k] for k in data if k != "fsr_positions"}
+        # What a robot does not have or a log does not know is left out, as before there was any.
+        if not self.fsr_positions:
+            del data["fsr_positions"]
+        if isinf(self.first_step_time):
+            data["first_step_time"] = None
+        elif isnan(self.first_step_time):
+            del data["first_step_time"]
+        return data
 
     @property
     def sensors(self) -> np.ndarray | None:
@@ -134,6 +147,15 @@ class TrialLog:
         """Row at which the fall was established, None if the robot stayed up."""
         fallen = np.flatnonzero(self.arrays["fall_cause"])
         return int(fallen[0]) if len(fallen) else None
+
+    @cached_property
+    def fell_standing(self) -> bool:
+        """Whether the fall was established before the first commanded step."""
+        if self.fall_index is None:
+            return False
+        # The row that ends as the step begins is still standing; a tenth of one forgives rounding.
+        until = self.header.first_step_time + 0.1 * self.header.dt
+        return bool(self["time"][self.fall_index] <= until)
 
     @cached_property
     def walking(self) -> slice:

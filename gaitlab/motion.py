@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import inf, isfinite
 from typing import Protocol
 
 import numpy as np
@@ -68,6 +68,20 @@ class FeetPoses:
     def moved(self, by: np.ndarray) -> FeetPoses:
         """The same with both feet moved in the hip frame, in [m]. Shape (3,)."""
         return replace(self, position=self.position + by)
+
+
+def first_step(feet: FeetPoses) -> float:
+    """Index of the first commanded step; infinite if there is none.
+
+    A step begins where a foot is first meant to be in the air. A motion that never means a foot to
+    be, a dance on both feet for instance, begins where anything that it commands first changes.
+    """
+    begun: np.ndarray = np.any(feet.swing, axis=1)
+    if not begun.any():
+        parts = (feet.position, feet.heading, feet.trunk_pitch, feet.ankle_pitch, feet.knee_only)
+        for part in (*parts, *feet.joints.values()):
+            begun = begun | (part != part[:1]).reshape(len(begun), -1).any(axis=1)
+    return float(np.argmax(begun)) if begun.any() else inf
 
 
 class Gait(Protocol):

@@ -57,6 +57,17 @@ def pretend_well(
     return pretend(trial_id, trial, store, pause=pause, faults=False)
 
 
+def pretend_falling(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """On carpet every robot falls in standing, on grass every other one in walking."""
+    standing = trial["names"]["surface"] == "carpet_4mm"
+    fell = standing or trial["seed"] % 2 == 0
+    flags = {"stable": not fell, "fell": fell, "fell_standing": standing}
+    found = recorded.record(0, **flags)
+    record = replace(found, trial_id=trial_id, trial=trial)
+    Store(store).commit(record, recorded.log(seed=trial["seed"]))
+    return record
+
+
 class Speaking(Silent):
     """Tells another process how a run goes; a signal may come at any instant, so not by `print`."""
 

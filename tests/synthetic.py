@@ -29,6 +29,7 @@ HEADER = LogHeader(
     sole_width=0.06,
     torque_limits=(2.5, 2.5, 2.5, 2.5),
     fsr_positions=(0.03, 0.02, 0.03, -0.02, -0.02, 0.02, -0.02, -0.02) * 2,
+    first_step_time=1.0,
 )
 DUTY = 0.6  # share of the gait period that a foot carries load
 

@@ -14,7 +14,7 @@ from gaitlab.dispatch import Silent, Summary, dispatch, outlook
 from gaitlab.errors import StoreError
 from gaitlab.plan import plan
 from gaitlab.store import Store
-from tests.pretended import experiment, pretend, pretend_well
+from tests.pretended import experiment, pretend, pretend_falling, pretend_well
 
 ROOT = Path(__file__).parent.parent
 CELLS = 24
@@ -51,6 +51,37 @@ def test_a_run_does_everything_once_and_then_nothing(store: Store) -> None:
     assert (second.planned, second.cached, second.done) == (CELLS, CELLS, 0)
     assert second.falls == first.falls > 0
     assert contents(store) == before
+
+
+class Told(Silent):
+    """Keeps the messages, each with the trials that had ended before it."""
+
+    def __init__(self) -> None:
+        self.ends, self.messages = 0, list[tuple[int, str]]()
+
+    def update(self, summary: Summary) -> None:
+        self.ends += 1
+
+    def message(self, text: str) -> None:
+        self.messages.append((self.ends, text))
+
+
+def test_falls_in_standing_are_counted_and_told_of_as_soon_as_a_cell_is_sure(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_falling)
+    told, seeds, carpets = Told(), 4, CELLS // 2
+    first = dispatch(experiment(seeds=seeds), store, jobs=0, progress=told)
+    assert (first.falls, first.fell_standing) == (carpets * seeds * 3 // 2, carpets * seeds)
+    ((ends, text),) = told.messages  # after the third of four seeds of its cell
+    assert 2 * CELLS < ends <= 3 * CELLS
+    assert "carpet_4mm" in text
+    second = dispatch(experiment(seeds=seeds), store, jobs=0)
+    assert (second.cached, second.fell_standing) == (CELLS * seeds, first.fell_standing)
+    table = store.table("pretended")
+    assert table["fell_standing"].sum() == first.fell_standing
+    answer = store.query("SELECT count(*) AS n FROM trials WHERE fell_standing AND fell")
+    assert answer["n"][0] == first.fell_standing
 
 
 @pytest.mark.usefixtures("well")

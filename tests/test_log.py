@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import math
 import pickle
 
 import numpy as np
@@ -197,6 +199,17 @@ def test_a_robot_told_to_step_on_the_spot_cannot_stall():
 
 def test_header_fields_are_plain_values():
     assert all(type(value) in (float, int, tuple) for value in dataclasses.asdict(HEADER).values())
+
+
+@pytest.mark.parametrize("first", [0.0, 1.5, math.inf, math.nan])
+def test_the_first_step_survives_json_and_a_header_without_it_reads(first):
+    head = header(first_step_time=first)
+    text = json.dumps(head.to_dict(), allow_nan=False)
+    again = LogHeader(**json.loads(text))
+    assert json.dumps(again.to_dict()) == text
+    assert np.array_equal(again.first_step_time, first, equal_nan=True)
+    older = {k: v for k, v in head.to_dict().items() if k != "first_step_time"}
+    assert math.isnan(LogHeader(**older).first_step_time)
 
 
 def test_a_header_is_rebuilt_from_its_data_with_and_without_sensors():

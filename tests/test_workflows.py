@@ -55,7 +55,9 @@ def test_a_workflow_calls_what_exists_and_pins_the_actions_of_others(workflow: P
 def test_the_nightly_gate_walks_every_night_what_the_repository_has() -> None:
     nightly = read(ROOT / ".github" / "workflows" / "nightly.yml")
     assert set(nightly["on"]) == {"schedule", "workflow_dispatch"}
-    assert load_experiment(str(ROOT / nightly["env"]["EXPERIMENT"])).name == "nightly"
+    walked = nightly["env"]["EXPERIMENTS"].split()
+    assert [load_experiment(str(ROOT / file)).name for file in walked] == ["nightly", "standing"]
+    assert (ROOT / nightly["env"]["BASELINES"] / "nightly.json").is_file()
     kept = [
         each["with"]["path"] for each in steps(WORKFLOWS[1]) if "cache/" in each.get("uses", "")
     ]
@@ -79,7 +81,7 @@ class Night:
     def environment(self, **more: str) -> Mapping[str, str]:
         files = {f"GITHUB_{name}": str(self.folder / name) for name in ("STEP_SUMMARY", "OUTPUT")}
         path = f"{self.folder / 'bin'}:{os.environ['PATH']}"
-        names = {"EXPERIMENT": "stand.yaml", "BASELINE": "stand.json", "STORE": "store"}
+        names = {"EXPERIMENTS": "stand.yaml", "BASELINES": ".", "STORE": "store"}
         return {**os.environ, **files, **names, "PATH": path, **more}
 
     def bash(self, script: str, **more: str) -> subprocess.CompletedProcess[str]:
@@ -90,11 +92,11 @@ class Night:
             check=False,
         )  # fmt: skip
 
-    def check(self) -> tuple[str, str, str]:
+    def check(self, **more: str) -> tuple[str, str, str]:
         """The step of the gate: its verdict, the page of the job, what it printed."""
         for name in ("STEP_SUMMARY", "OUTPUT"):
             (self.folder / name).unlink(missing_ok=True)
-        done = self.bash(step("Walk and compare"))
+        done = self.bash(step("Walk and compare"), **more)
         assert done.returncode == 0, done.stderr
         verdict = (self.folder / "OUTPUT").read_text().strip().removeprefix("verdict=")
         return verdict, (self.folder / "STEP_SUMMARY").read_text(), done.stdout
@@ -143,7 +145,7 @@ def test_an_unchanged_night_passes_both_gates_and_has_a_report(
     for gate in ("Fail if the robot walks worse", "Fail if nothing could be decided"):
         assert tonight.bash(step(gate), VERDICT=verdict).returncode == 0
     assert tonight.bash(step("Write the report")).returncode == 0
-    assert (tonight.folder / "nightly-report" / "index.html").is_file()
+    assert (tonight.folder / "nightly-report" / "stand" / "index.html").is_file()
 
 
 def test_a_worse_gait_fails_the_gate_of_its_name_with_exit_5(worse: Night) -> None:
@@ -163,6 +165,22 @@ def test_a_night_without_a_baseline_says_so_and_looks_different(tonight: Night) 
     assert tonight.bash(step("Fail if nothing could be decided"), VERDICT=verdict).returncode == 6
 
 
+@pytest.mark.parametrize("order", ["stand.yaml other.yaml", "other.yaml stand.yaml"])
+def test_one_experiment_that_is_worse_outweighs_another_that_is_open(
+    worse: Night, tmp_path: Path, order: str
+) -> None:
+    night = worse.copy(tmp_path)
+    other = (night.folder / "stand.yaml").read_text().replace("name: stand", "name: other", 1)
+    (night.folder / "other.yaml").write_text(other)  # and no baseline for it
+    verdict, page, printed = night.check(EXPERIMENTS=order)
+    assert verdict == "5"
+    assert "could not decide" in page
+    assert printed.index("::error") > 0 < printed.index("::warning")
+    done = lab(night, EXPERIMENTS=order)
+    assert done.returncode == 5
+    assert done.stdout.count("Look closer: ") == 2
+
+
 def test_a_mistake_fails_the_step_itself(tonight: Night) -> None:
     (tonight.folder / "stand.yaml").write_text("name: [")
     done = tonight.bash(step("Walk and compare"))
@@ -175,10 +193,9 @@ def test_each_verdict_has_its_gate(tmp_path: Path) -> None:
     assert "!= '5'" in jobs["could-be-decided"]["if"], "exit 6 and 0"
 
 
-def lab(tonight: Night) -> subprocess.CompletedProcess[str]:
+def lab(tonight: Night, **more: str) -> subprocess.CompletedProcess[str]:
     """The script of the lab machine."""
-    shutil.copy(tonight.folder / "stand.json", tonight.folder / "nightly.json")
-    return tonight.bash(f"{CONTRIB / 'nightly.sh'} {tonight.folder}")
+    return tonight.bash(f"{CONTRIB / 'nightly.sh'} {tonight.folder}", **more)
 
 
 def test_the_script_of_the_lab_machine_is_silent_when_nothing_changed(tonight: Night) -> None:

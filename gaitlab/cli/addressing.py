@@ -189,5 +189,6 @@ def _outcome(entry: Entry) -> str:
         return f"{entry.state}: {entry.reason}"
     metrics = entry.details.metrics
     if entry.fell:
-        return f"fell at {number(metrics.get('time_to_fall'))} s"
+        where = "fell standing" if metrics.get("fell_standing") else "fell"
+        return f"{where} at {number(metrics.get('time_to_fall'))} s"
     return f"stayed up, {number(metrics.get('distance'))} m"

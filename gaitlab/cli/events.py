@@ -10,8 +10,9 @@
     message  the user has to know   text
     end      nothing runs any more  counts, seconds, interrupted: the object of `--json`
 
-The counts are planned, cached, done, infeasible, failed, newly_failed, falls. A stream that stops
-without `end` is that of a run that was killed or refused; its exit code says which.
+The counts are planned, cached, done, infeasible, failed, newly_failed, falls, and of those
+fell_standing, the ones before the first step. A stream that stops without `end` is that of a run
+that was killed or refused; its exit code says which.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ from collections.abc import Callable, Mapping
 from gaitlab.cli.printing import MINUTE
 from gaitlab.dispatch import Ended, Silent, Summary
 
-COUNTS = ("planned", "cached", "done", "infeasible", "failed", "newly_failed", "falls")
+COUNTS = (
+    *("planned", "cached", "done", "infeasible", "failed", "newly_failed"),
+    *("falls", "fell_standing"),
+)
 
 
 def summary_object(summary: Summary) -> dict[str, object]:

@@ -155,8 +155,9 @@ def _due(summary: Summary) -> int:
 
 
 def _counts(summary: Summary) -> str:
-    counts = f"{summary.cached} cached, {plural(summary.falls, 'fall')}, "
-    counts += f"{summary.infeasible} infeasible, {summary.failed} failed"
+    counts = f"{summary.cached} cached, {plural(summary.falls, 'fall')}"
+    counts += f" ({summary.fell_standing} standing)" if summary.fell_standing else ""
+    counts += f", {summary.infeasible} infeasible, {summary.failed} failed"
     rate = ended(summary) / summary.seconds if summary.seconds else 0.0
     return f"{counts}, {rate:.2g} trials/s" if rate else counts
 

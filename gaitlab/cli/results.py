@@ -147,7 +147,10 @@ def status(
     if experiment is not None and not chosen:
         known = ", ".join(lists) or "none"
         raise UnknownName(f"{store}: no experiment {wanted[0]!r} was run here; there: {known}")
-    head = ("experiment", "planned", "done", "infeasible", "failed", "left")
+    head = (
+        *("experiment", "planned", "done", "infeasible", "failed", "left"),
+        *("falls", "fell standing"),
+    )
     say(columns(head, [_status_row(found, index) for found in chosen.values()]))
     if not store.is_dir():
         tell(f"{store}: no such folder; nothing was run into it yet")
@@ -200,8 +203,11 @@ def _status_row(found: TrialList, index: Index) -> list[str]:
     there = [index.entries[t.trial_id] for t in found.trials if t.trial_id in index.entries]
     states = [entry.state for entry in there]
     counts = [states.count(state) for state in ("DONE", "INFEASIBLE", "FAILED")]
+    fallen = [entry for entry in there if entry.fell]
+    standing = sum(bool(entry.details.metrics.get("fell_standing")) for entry in fallen)
     left = len(found.trials) - len(there)
-    return [found.experiment, *(str(count) for count in (len(found.trials), *counts, left))]
+    row = (len(found.trials), *counts, left, len(fallen), standing)
+    return [found.experiment, *map(str, row)]
 
 
 def _formatted(table: pd.DataFrame, form: Format) -> str:

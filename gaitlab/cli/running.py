@@ -193,7 +193,8 @@ def summary_text(summary: Summary, arguments: str) -> str:
     counts = f"{plural(summary.planned, 'trial')}: {summary.cached} cached, {summary.done} done, "
     counts += f"{summary.infeasible} infeasible, {summary.failed} failed"
     counts += f", {summary.left} left" if summary.left else ""
-    falls = f"The robot fell in {summary.falls} of them. {duration(summary.seconds)}"
+    early = f", in {summary.fell_standing} before its first step" if summary.fell_standing else ""
+    falls = f"The robot fell in {summary.falls} of them{early}. {duration(summary.seconds)}"
     if summary.left:
         return f"{counts}. {falls}\nGo on: gaitlab run {arguments}"
     if summary.failed == summary.planned:

@@ -23,6 +23,7 @@ class Summary:
         failed: Failed, in this run or before it without being run again.
         newly_failed: Failed in this run.
         falls: Trials of the experiment in which the robot fell, cached ones included.
+        fell_standing: Those of them in which it fell before its first step.
         seconds: Wall time of this run, in [s].
         interrupted: Stopped by Ctrl-C or SIGTERM; the rest is still to be done.
         time_left: Wall time until the end in [s], long trials weighing more and those on a ground
@@ -36,6 +37,7 @@ class Summary:
     failed: int = 0
     newly_failed: int = 0
     falls: int = 0
+    fell_standing: int = 0
     seconds: float = 0.0
     interrupted: bool = False
     time_left: float | None = None
@@ -57,6 +59,7 @@ def total(summaries: Iterable[Summary]) -> Summary:
         failed=sum(one.failed for one in found),
         newly_failed=sum(one.newly_failed for one in found),
         falls=sum(one.falls for one in found),
+        fell_standing=sum(one.fell_standing for one in found),
         seconds=sum(one.seconds for one in found),
         interrupted=any(one.interrupted for one in found),
     )

@@ -76,6 +76,9 @@ class _Sweep:
     order: list[str] = field(default_factory=list)  # ids of the plan, each made only once
     kinds: dict[str, Kind] = field(default_factory=dict)  # of the trials of the plan, by id
     running: dict[str, Started] = field(default_factory=dict)  # trials that workers have, by id
+    cells: dict[str, int] = field(default_factory=dict)  # of the trials of the plan, by id
+    standing: Counter[int] = field(default_factory=Counter)  # falls before the first step, by cell
+    told_of_standing: bool = False
 
     def run(self, executor: Executor) -> Summary:
         """Run what is missing until it is done or somebody stops it."""
@@ -123,6 +126,11 @@ class _Sweep:
             cached=counts[CACHED],
             failed=0 if self.retry_failed else counts[FAILED_BEFORE],
             falls=sum(index.entries[i].fell for i in stands if i in index.entries),
+            fell_standing=sum(
+                self._fell_standing(i, index.entries[i].details.metrics)
+                for i in stands
+                if i in index.entries and index.entries[i].fell
+            ),
         )
         for trial_id, seconds in todo.items():
             self.forecast.expect(self.kinds[trial_id], seconds)
@@ -133,6 +141,7 @@ class _Sweep:
         for item in planned.trials():
             trial = item.trial
             self.order.append(trial.id)
+            self.cells[trial.id] = item.cell_index
             self.kinds[trial.id] = _kind(item) if planned.cell_count <= MANY_CELLS else ()
             times[trial.id] = duration(trial.gait, trial.horizon)
             yield item
@@ -158,8 +167,31 @@ class _Sweep:
             seconds=now - self.start,
             time_left=self.forecast.time_left(now),
         )
-        self.progress.ended(_ended(self.running.pop(record.trial_id), record))
+        started = self.running.pop(record.trial_id)
+        self.progress.ended(_ended(started, record))
         self.progress.update(self.summary)
+        if self._fell_standing(record.trial_id, record.metrics):
+            self._tell_of_standing(started)
+
+    def _fell_standing(self, trial_id: str, metrics: Mapping[str, Scalar]) -> bool:
+        """Whether a trial fell before its first step; if so, noted of its cell."""
+        fell = _flag(metrics, "fell_standing")
+        self.standing[self.cells[trial_id]] += fell
+        return fell
+
+    def _tell_of_standing(self, trial: Started) -> None:
+        """Name the first cell that is sure not to stand; the counts tell of the others."""
+        count, seeds = self.standing[self.cells[trial.trial_id]], len(self.experiment.seeds)
+        if self.told_of_standing or 2 * count <= seeds:
+            return
+        self.told_of_standing = True
+        where = ", ".join(
+            f"{path.rpartition('.')[2]} {value}" for path, value in trial.cell.items()
+        )
+        self.progress.message(
+            f"{where}: does not stand, {count} of {seeds} seeds fell before their first step; "
+            "further such cells are only counted"
+        )
 
     def _stop(self, executor: Executor, number: int) -> None:
         """Let the running trials end; at the second Ctrl-C, nothing."""
@@ -237,9 +269,13 @@ def settle(store: Store, outcome: Outcome) -> TrialRecord:
 
 
 def _counted(summary: Summary, record: TrialRecord) -> Summary:
-    falls = summary.falls + _fell(record.metrics)
     if record.state == "DONE":
-        return replace(summary, done=summary.done + 1, falls=falls)
+        return replace(
+            summary,
+            done=summary.done + 1,
+            falls=summary.falls + _flag(record.metrics, "fell"),
+            fell_standing=summary.fell_standing + _flag(record.metrics, "fell_standing"),
+        )
     if record.state == "INFEASIBLE":
         return replace(summary, infeasible=summary.infeasible + 1)
     return replace(summary, failed=summary.failed + 1, newly_failed=summary.newly_failed + 1)
@@ -262,5 +298,5 @@ def _ended(started: Started, record: TrialRecord) -> Ended:
     )
 
 
-def _fell(metrics: Mapping[str, Scalar]) -> bool:
-    return bool(metrics.get("fell"))
+def _flag(metrics: Mapping[str, Scalar], name: str) -> bool:
+    return bool(metrics.get(name))

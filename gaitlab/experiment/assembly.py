@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -86,6 +86,8 @@ def _plugged(kind: CodeKind, node: Node, varied: Mapping[str, Node]) -> tuple[An
     name = _type_of(kind, node)
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
+    if kind == "gait" and "walk" in node.mapping and hasattr(cls, "of"):
+        node = _standing(cls, node)
     try:
         made: Any = build(cls, _with_own_files(cls, _completed(cls, kind, node, varied)))
         checked(node, lambda: try_out(kind, made))
@@ -118,6 +120,21 @@ def _completed(cls: type, kind: str, node: Node, varied: Mapping[str, Node]) -> 
         if item.default is dataclasses.MISSING and f"{kind}.{path}" in varied
     }
     return node.replaced(**{p: n for p, n in lacking.items() if p not in node.mapping})
+
+
+def _standing(cls: Any, node: Node) -> Node:
+    """A gait that stands as another starts to walk: what it takes from there, in numbers."""
+    walk = node.mapping["walk"]
+    if isinstance(walk.value, str):
+        walk = walk.holding(Node(file=walk.file, value={"type": walk}))
+    made, _ = _plugged("gait", walk, {})
+    pose: dict[str, float] = checked(walk, lambda: cls.of(made))
+    taken = {name: walk.holding(Node(file=walk.file, value=value)) for name, value in pose.items()}
+    return node.without("walk", *taken).replaced(**{**taken, **_given(node, taken)})
+
+
+def _given(node: Node, names: Container[str]) -> dict[str, Node]:
+    return {name: given for name, given in node.mapping.items() if name in names}
 
 
 def _with_own_files(cls: type, node: Node) -> Node:

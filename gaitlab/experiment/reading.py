@@ -17,6 +17,7 @@ DEEPEST_INCLUDE = 8  # files
 HANDED_DOWN = ("robot", "gait", "balance", "servo", "engine")  # sections that belong to a walker
 WALKER_KEYS = ("name", "include", *HANDED_DOWN)
 LISTED = ("variants", "metrics")  # of the report: a name alone stands for a list of one
+STAND = "stand"  # a gait that holds the first pose of the walk below it
 TYPED = ("robot", "gait", "balance", "servo")  # sections that may be a bare name
 PATHS_AS_KEYS = ("grid", "zip", "one_at_a_time")  # sections whose keys are dotted paths
 RANGED = ("study.search.", "design.box.")  # what the dotted path of a range follows
@@ -105,12 +106,23 @@ def _mapping_at(node: Node) -> Node:
 def _on_base(base: Node, child: Node) -> Node:
     """The child wins; another `type` leaves the parameters of the base's type behind.
 
-    A key with nothing after it leaves out what the base has there.
+    A key with nothing after it leaves out what the base has there. A gait that only stands keeps
+    the base's gait as the walk from whose first pose it takes its own.
     """
+    child = _with_walk(base, child)
     dropped = [name for name in TYPED if _changes_type(base, child, name)]
     empty = [key for key, node in child.mapping.items() if node.value is None]
     left_out = [key for key in empty if key in base.mapping]
     return merged(base.without(*dropped, *left_out), child.without(*left_out))
+
+
+def _with_walk(base: Node, child: Node) -> Node:
+    gait, walk = child.mapping.get("gait"), base.mapping.get("gait")
+    if gait is None or walk is None or not _changes_type(base, child, "gait"):
+        return child
+    if gait.mapping["type"].value != STAND or "walk" in gait.mapping:
+        return child
+    return child.replaced(gait=gait.replaced(walk=walk))
 
 
 def _changes_type(base: Node, child: Node, name: str) -> bool:
@@ -202,6 +214,8 @@ def apply_setting(tree: Node, setting: str) -> Node:
         )
     value = parse(text, Path(f"--set {shown}"), placed=False)
     changed = _set(tree, _steps(path), value)
+    if path == "gait" and value.value == STAND:
+        changed = _with_walk(tree, _with_types(changed))
     return _with_types(_on_base(tree, changed) if path in TYPED else changed)
 
 

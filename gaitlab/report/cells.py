@@ -60,7 +60,7 @@ def compared(results: Results, variant: Variant) -> list[Compared]:
 
 
 def agreement(pairs: Sequence[Compared], score: Score = "stable") -> str:
-    """Share of cells with the paper's verdict, with n and interval."""
+    """Share of cells with the paper's verdict, with n and interval; no verdict is another."""
     equal = sum(pair.ours.verdict(score) == pair.printed for pair in pairs)
     return share(equal, len(pairs), wilson(equal, len(pairs)))
 
@@ -172,11 +172,13 @@ def legend(results: Results) -> str:
     """How to read the cells."""
     text = (
         "Each cell: verdict (S stable, U unstable), seeds that stayed up of those scored, Wilson "
-        "interval of that share in percent"
+        "interval of that share in percent, and how many fell standing, before their first step. "
+        "Where more than half did, the cell says that the robot does not stand, and nothing of the "
+        "gait. A ? marks a verdict that rests on a share whose interval holds one half"
     )
     if not _has_distances(results):
         return text + "."
     return (
-        f"{text}, and in brackets what the paper prints; **bold where the two differ**. The "
+        f"{text}. In brackets is what the paper prints; **bold where the two differ**. The "
         f"printed distance is read as {READINGS[results.reading]}."
     )

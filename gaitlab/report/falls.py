@@ -8,7 +8,7 @@ import pandas as pd
 from gaitlab.metrics import unit_of
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import Results
-from gaitlab.report.scores import truth
+from gaitlab.report.scores import fell_standing, truth
 from gaitlab.report.words import NOTHING, plural
 
 DIRECTIONS = ("forward", "backward", "left", "right")
@@ -39,6 +39,7 @@ def falls_table(results: Results) -> str:
         "",
         "trials",
         "falls",
+        "before the first step",
         *DIRECTIONS,
         "median time to fall [s]",
         "infeasible",
@@ -57,7 +58,8 @@ def _falls_row(label: str, trials: pd.DataFrame) -> list[str]:
     states = [str(int((trials["state"] == s).sum())) for s in ("INFEASIBLE", "FAILED", "MISSING")]
     done = int((trials["state"] == "DONE").sum())
     time = quartiles(falls["time_to_fall"])
-    return [label, str(len(trials)), f"{len(falls)} of {done}", *counts, time, *states]
+    early = str(fell_standing(falls))
+    return [label, str(len(trials)), f"{len(falls)} of {done}", early, *counts, time, *states]
 
 
 def quartiles(values: pd.Series) -> str:

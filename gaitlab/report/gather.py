@@ -21,7 +21,10 @@ from gaitlab.trial import Trial
 
 MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
 EXPERIMENT = "experiment"  # column of the trials; a variant where nothing else differs
-OUTCOMES = ("stable", "stable_strict", "fell", "fall_direction", "fall_phase", "time_to_fall")
+OUTCOMES = (
+    *("stable", "stable_strict", "fell", "fell_standing"),
+    *("fall_direction", "fall_phase", "time_to_fall"),
+)
 COMPARED = (STEP, SWAY, *OPTIMISATION)  # what the printed tables and walks differ in
 NEEDED = ("reason", "distance", *OUTCOMES)  # columns that a store without a done trial lacks
 

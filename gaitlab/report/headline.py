@@ -18,9 +18,18 @@ from gaitlab.report.scores import (
     surface_percent,
 )
 from gaitlab.report.variants import Variant
-from gaitlab.report.words import NOTHING, column_text, interval, percent, share
+from gaitlab.report.words import (
+    DOES_NOT_STAND,
+    NOTHING,
+    column_text,
+    interval,
+    percent,
+    plural,
+    share,
+)
 from gaitlab.statistics import efficiency, stability_percent, wilson
 
+DO_NOT_STAND = (DOES_NOT_STAND, "do not stand")  # of one cell, of several
 SCORES: tuple[tuple[Score, str], ...] = (("stable", ""), ("stable_strict", ", strict"))
 
 
@@ -48,7 +57,16 @@ def _score_row(results: Results, variant: Variant, score: Score, label: str) -> 
 def _percent_text(cells: Sequence[Cell], score: Score) -> str:
     known = [cell for cell in cells if cell.n]
     stable = sum(bool(cell.verdict(score)) for cell in known)
-    return f"{percent(surface_percent(cells, score))} ({stable}/{len(known)})" if known else NOTHING
+    if not known:
+        return NOTHING
+    fallen = _fallen(known)
+    count = f"{stable}/{len(known)}" + (f", {fallen} {DO_NOT_STAND[fallen > 1]}" if fallen else "")
+    return f"{percent(surface_percent(cells, score))} ({count})"
+
+
+def _fallen(cells: Sequence[Cell]) -> int:
+    """Cells in which the robot does not stand."""
+    return sum(not cell.stands for cell in cells)
 
 
 def _efficiency_text(columns: Sequence[Sequence[Cell]], score: Score) -> str:
@@ -56,6 +74,8 @@ def _efficiency_text(columns: Sequence[Sequence[Cell]], score: Score) -> str:
         return NOTHING
     bounds = interval_of(efficiency_draws(columns, score))
     text = f"{percent(mean_percent(columns, score))} {interval(bounds)}"
+    fallen = _fallen([cell for cells in columns for cell in cells])
+    text += f"; {plural(fallen, 'cell')} {DO_NOT_STAND[fallen > 1]}" if fallen else ""
     feasible = [[cell for cell in cells if cell.feasible] for cells in columns]
     if feasible == [list(cells) for cells in columns]:
         return text
@@ -136,7 +156,9 @@ HOW_TO_READ = """\
 A run is stable when the robot did not fall within the horizon; *strict* also asks for half of the
 commanded distance, so a robot that stays up without getting anywhere does not pass. A cell is
 stable when at least half of its seeds are; a percentage is the share of stable cells (count/cells)
-and efficiency its mean over the columns. A cell whose steps are out of reach counts as not stable.
+and efficiency its mean over the columns. A cell whose steps are out of reach counts as not stable,
+and so does one in which more than half of the seeds fell before their first step: there the robot
+does not stand, and nothing is said of its gait.
 The interval of the efficiency follows from the seeds alone (cells fixed, each cell's share drawn
 from its Jeffreys posterior); the intervals of shares are Wilson's. All hold 95 %."""
 
@@ -144,6 +166,20 @@ PAPER_ROWS = """\
 The paper's rows read without → with optimisation: the percentages its text states, those counted
 from its printed tables (10 cells a pedestal), and those counted over the cells that are here
 too."""
+
+
+def verdicts_note(results: Results) -> str:
+    """How many verdicts there are, and how many of them the seeds leave open."""
+    cells = [cell for v in results.variants for cells in results.by_column(v) for cell in cells]
+    known = [cell for cell in cells if cell.n and cell.feasible]
+    open_ = sum(cell.doubtful() for cell in known)
+    if not open_:
+        return ""
+    return (
+        f"**{open_} of {plural(len(known), 'verdict')} {'rests' if open_ == 1 else 'rest'} on a "
+        "share whose 95 % interval holds one half** (marked ? in the tables): other seeds could "
+        "turn them."
+    )
 
 
 def seeds_text(results: Results) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -69,11 +70,18 @@ def _titles(results: Results, path: str, values: Sequence[Value]) -> list[str]:
 
 
 def _square(cell: Cell, printed: bool | None) -> Square:
+    known = Square(
+        count=cell.count(),
+        n=cell.n,
+        feasible=cell.feasible,
+        stands=cell.stands,
+        doubtful=cell.doubtful(),
+    )
     if printed is None:
-        return Square(count=cell.count(), n=cell.n, feasible=cell.feasible)
+        return known
     differs = cell.n > 0 and cell.verdict() != printed
     note = f"paper {letter(printed)}" + (" ≠" if differs else "")
-    return Square(count=cell.count(), n=cell.n, feasible=cell.feasible, note=note, loud=differs)
+    return replace(known, note=note, loud=differs)
 
 
 def pair_maps(results: Results, folder: Path) -> str:

@@ -19,6 +19,7 @@ from gaitlab.report.headline import (
     headline,
     runs_table,
     seeds_text,
+    verdicts_note,
 )
 from gaitlab.report.maps import cells_map, pair_maps
 from gaitlab.report.markdown import details, escape, fenced, image, section
@@ -62,6 +63,7 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
         f"# {escape(results.title)}",
         escape(results.question),
         _completeness(results, sources),
+        verdicts_note(results),
         f"Stable cells, {seeds_text(results)}:",
         headline(results),
         gantry_note(sources.parts),

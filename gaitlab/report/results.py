@@ -80,8 +80,9 @@ class Results:
     @cached_property
     def _cells(self) -> dict[tuple[str, Value, Value], Cell]:
         place = ["variant", self.rows, self.columns]
-        counted = dict.fromkeys((*place, "state", "stable", "stable_strict"))
-        groups = self.trials[list(counted)].groupby(place, sort=False)
+        counted = dict.fromkeys((*place, "state", "stable", "stable_strict", "fell_standing"))
+        known = [name for name in counted if name in self.trials.columns]
+        groups = self.trials[known].groupby(place, sort=False)
         return {key: cell_of(group) for key, group in groups}
 
     def column_cells(self, variant: Variant, column: Value) -> list[Cell]:

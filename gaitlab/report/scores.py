@@ -3,7 +3,8 @@
 A trial is stable when the robot did not fall; strictly stable when it also covered half of the
 commanded distance. A cell is stable when at least half of its seeds are. The stability percentage
 of a surface is the share of its cells that are stable, and efficiency its mean over the surfaces,
-[EROS2018].
+[EROS2018]. A cell in which most seeds fall before the first step says nothing of the gait: it does
+not stand, and is counted as not stable.
 
 References:
     EROS2018: D. Pristovani R. et al., Walking Trajectory Optimization Algorithm for Robot Humanoid
@@ -45,6 +46,7 @@ class Cell:
         infeasible: Seeds whose steps are out of reach; scored as not stable.
         failed: Seeds whose simulation failed; not scored.
         missing: Seeds not simulated yet; not scored.
+        standing: Seeds that fell before their first step; scored as not stable.
     """
 
     stable: tuple[bool, ...]
@@ -52,6 +54,7 @@ class Cell:
     infeasible: int
     failed: int
     missing: int
+    standing: int = 0
 
     @property
     def n(self) -> int:
@@ -68,6 +71,11 @@ class Cell:
         """False when no seed could take the steps."""
         return self.infeasible < self.n or self.n == 0
 
+    @property
+    def stands(self) -> bool:
+        """False when more than half of the scored seeds fell before their first step."""
+        return 2 * self.standing <= self.n
+
     def outcomes(self, score: Score) -> tuple[bool, ...]:
         """Outcome of each scored seed."""
         return self.stable if score == "stable" else self.strict
@@ -81,12 +89,22 @@ class Cell:
         return self.count(score) / self.n if self.n else float("nan")
 
     def verdict(self, score: Score = "stable") -> bool | None:
-        """Whether the cell is stable; None when nothing is scored."""
-        return stable_cell(self.share(score)) if self.n else None
+        """Whether the cell is stable; None when nothing is scored or the robot does not stand."""
+        return stable_cell(self.share(score)) if self.n and self.stands else None
 
     def interval(self, score: Score = "stable") -> Interval:
         """Wilson interval of the share."""
         return wilson(self.count(score), self.n)
+
+    def doubtful(self, score: Score = "stable") -> bool:
+        """Whether the interval of the share that the verdict rests on holds one half.
+
+        Of a cell that does not stand that is the share of falls before the first step.
+        """
+        if not self.n or not self.feasible:
+            return False
+        bounds = self.interval(score) if self.stands else wilson(self.standing, self.n)
+        return bounds.low < STABLE_SHARE < bounds.high
 
 
 EMPTY = Cell(stable=(), strict=(), infeasible=0, failed=0, missing=0)
@@ -102,7 +120,13 @@ def cell_of(trials: pd.DataFrame) -> Cell:
         infeasible=states.count("INFEASIBLE"),
         failed=states.count("FAILED"),
         missing=states.count("MISSING"),
+        standing=fell_standing(trials),
     )
+
+
+def fell_standing(trials: pd.DataFrame) -> int:
+    """Trials that fell before their first step; none in a store from before that was measured."""
+    return int(truth(trials["fell_standing"]).sum()) if "fell_standing" in trials else 0
 
 
 def truth(values: pd.Series) -> np.ndarray:
@@ -112,8 +136,7 @@ def truth(values: pd.Series) -> np.ndarray:
 
 def surface_percent(cells: Iterable[Cell], score: Score = "stable") -> float:
     """Share of cells that are stable, in percent; cells without a scored seed left out."""
-    verdicts = [cell.verdict(score) for cell in cells]
-    known = [verdict for verdict in verdicts if verdict is not None]
+    known = [bool(cell.verdict(score)) for cell in cells if cell.n]
     return stability_percent(known) if known else float("nan")
 
 

@@ -9,6 +9,7 @@ from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Value, value_text
 from gaitlab.statistics import Interval
 
+DOES_NOT_STAND = "does not stand"
 NOTHING = "—"  # a cell about which nothing is known
 
 
@@ -38,6 +39,12 @@ def plural(n: int, noun: str) -> str:
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
+def verdict_text(cell: Cell, score: Score = "stable") -> str:
+    """S or U, or that the robot does not stand; with a mark where the share may be either."""
+    word = letter(bool(cell.verdict(score))) if cell.stands else DOES_NOT_STAND
+    return word + ("?" if cell.doubtful(score) else "")
+
+
 def cell_text(cell: Cell, score: Score = "stable") -> str:
     """Verdict, count and interval of a cell, with everything that did not run."""
     notes = [f"{n} {word}" for n, word in ((cell.failed, "failed"), (cell.missing, "missing")) if n]
@@ -45,11 +52,11 @@ def cell_text(cell: Cell, score: Score = "stable") -> str:
         return ", ".join(notes) or NOTHING
     if not cell.feasible:
         return ", ".join([f"INFEASIBLE {cell.infeasible}/{cell.n}", *notes])
-    verdict = letter(bool(cell.verdict(score)))
     stalled = cell.count("stable") - cell.count("stable_strict")
-    notes = [*([f"{stalled} stalled"] if stalled else []), *notes]
-    text = f"{verdict} {cell.count(score)}/{cell.n} {interval(cell.interval(score), 100)}"
-    return ", ".join([text, *notes])
+    counted = ((cell.standing, "fell standing"), (stalled, "stalled"))
+    notes = [*(f"{n} {word}" for n, word in counted if n), *notes]
+    count = f"{cell.count(score)}/{cell.n} {interval(cell.interval(score), 100)}"
+    return ", ".join([f"{verdict_text(cell, score)} {count}", *notes])
 
 
 def surface_text(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil, hypot, isfinite
 
 import numpy as np
@@ -19,7 +20,7 @@ from gaitlab.errors import GaitlabError, Infeasible
 from gaitlab.fall import FallDetector
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
-from gaitlab.motion import FeetPoses, require_feet
+from gaitlab.motion import FeetPoses, first_step, require_feet
 from gaitlab.randomness import randomness
 from gaitlab.servos.law import stiffness, torque_limit
 from gaitlab.simulate.columns import log_of
@@ -46,6 +47,7 @@ def simulate(trial: Trial) -> TrialLog:
     ticks = _ticks(trial)
     feet = trial.gait.feet(np.arange(ticks) * header.dt)
     require_feet(feet, ticks)
+    header = replace(header, first_step_time=first_step(feet) * header.dt)
     targets = joint_commands(trial.robot, feet)
     with engine_for(trial, feet) as engine:
         recording = Recording(len(targets), len(header.joints), engine.feet)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isnan
+from math import inf, isnan, nan
 
 import numpy as np
 import pytest
@@ -27,6 +27,30 @@ def test_time_to_fall_counts_from_the_end_of_the_start_up(at):
     found = measure(fall(at=at))
     assert (found["fell"], found["stable"], found["stable_strict"]) == (True, False, False)
     assert found["time_to_fall"] == pytest.approx(at + TOPPLING, abs=HEADER.dt)
+
+
+@pytest.mark.parametrize("first", [0.0, 0.9, 1.0, 1.001, 2.0, 5.0, inf, nan])
+@pytest.mark.parametrize("at", [-0.9, 0.5, 2.0])
+def test_a_fall_is_one_in_standing_if_it_comes_before_the_first_step(at, first):
+    log = fall(at=at, head=header(first_step_time=first))
+    found = measure(log)
+    fell_at = found["time_to_fall"] + HEADER.startup_time
+    assert found["fell"]
+    assert found["fell_standing"] == (fell_at < first + HEADER.dt / 2)
+
+
+@pytest.mark.parametrize("first", [0.0, 1.0, inf, nan])
+def test_who_stays_up_did_not_fall_standing(first):
+    assert measure(walk(header(first_step_time=first)))["fell_standing"] is False
+
+
+def test_the_row_that_ends_as_the_step_begins_is_still_standing():
+    at = measure(fall(at=0.5))["time_to_fall"] + HEADER.startup_time
+    found = [
+        measure(fall(at=0.5, head=header(first_step_time=at + ticks * HEADER.dt)))["fell_standing"]
+        for ticks in (-1, 0, 1)
+    ]
+    assert found == [False, True, True]
 
 
 def test_time_to_fall_is_negative_in_the_start_up():

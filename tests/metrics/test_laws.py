@@ -210,3 +210,12 @@ def test_a_simulation_that_blew_up_is_measured_without_a_warning():
     found = measure(LOGS["a simulation that blew up"])
     assert isnan(found["peak_torque"])
     assert isnan(found["heading_drift"])
+
+
+@pytest.mark.parametrize("log", LOGS.values(), ids=LOGS)
+def test_a_fall_in_standing_is_a_fall_and_comes_before_the_first_step(log: TrialLog) -> None:
+    found = measure(log)
+    if found["fell_standing"]:
+        assert found["fell"]
+        assert not found["stable"]
+        assert log["time"][log.fall_index] < log.header.first_step_time + log.header.dt

@@ -27,6 +27,8 @@ class Square:
         feasible: Whether any seed could take the steps.
         note: A second line, what a paper says for instance.
         loud: Whether the second line stands out.
+        stands: False if most seeds fell before their first step, which leaves no verdict.
+        doubtful: Whether the share may lie on either side of one half.
     """
 
     count: int
@@ -34,13 +36,23 @@ class Square:
     feasible: bool
     note: str = ""
     loud: bool = False
+    stands: bool = True
+    doubtful: bool = False
+
+    @property
+    def known(self) -> bool:
+        """Whether its share says something of the gait."""
+        return self.n > 0 and self.feasible and self.stands
 
     @property
     def text(self) -> str:
         """Count and n, or why there is none."""
-        if self.n and self.feasible:
-            return f"{self.count}/{self.n}"
-        return "out of reach" if self.n else "no data"
+        mark = "?" if self.doubtful else ""
+        if self.known:
+            return f"{self.count}/{self.n}{mark}"
+        if not self.n:
+            return "no data"
+        return f"does not\nstand{mark}" if self.feasible else "out of reach"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +115,7 @@ def _draw(axis: Axes, grid: Grid, across: int) -> None:
 
 
 def _draw_square(axis: Axes, x: int, y: int, square: Square, crowd: float) -> None:
-    known = square.n > 0 and square.feasible
+    known = square.known
     share = square.count / square.n if known else 0.0
     axis.add_patch(
         Rectangle(

@@ -11,10 +11,10 @@ from gaitlab.report.cells import paper_verdicts
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Value, Variant
-from gaitlab.report.words import letter
+from gaitlab.report.words import DOES_NOT_STAND, letter
 
 TIDY = {
-    "cells.csv": "one row a cell: counts, shares with their 95 % Wilson intervals, verdicts (S, U)",
+    "cells.csv": "one row a cell: counts, shares, 95 % Wilson intervals, verdicts, and if in doubt",
     "trials.csv": "one row a planned trial: varied values, state, every metric, provenance",
 }
 FIRST = ("trial_id", "experiment", "variant", "surface", "seed", "state", "reason")
@@ -58,6 +58,7 @@ def _row(
         **place,
         "n": cell.n,
         "infeasible": cell.infeasible,
+        "fell_standing": cell.standing,
         "failed": cell.failed,
         "missing": cell.missing,
         **dict(_scores(cell)),
@@ -67,10 +68,16 @@ def _row(
 
 def _scores(cell: Cell) -> Iterator[tuple[str, object]]:
     for score, end in SCORES:
-        verdict = cell.verdict(score)
         low, high = cell.interval(score) if cell.n else (None, None)
         yield f"stable{end}", cell.count(score)
         yield f"share{end}", cell.share(score)
         yield f"low{end}", low
         yield f"high{end}", high
-        yield f"verdict{end}", None if verdict is None else letter(verdict)
+        yield f"verdict{end}", _verdict(cell, score)
+        yield f"doubtful{end}", cell.doubtful(score)
+
+
+def _verdict(cell: Cell, score: Score) -> str | None:
+    if not cell.n:
+        return None
+    return letter(bool(cell.verdict(score))) if cell.stands else DOES_NOT_STAND

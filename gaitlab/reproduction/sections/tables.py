@@ -12,7 +12,15 @@ from typing import cast
 from gaitlab.report.cells import DIRECTIONS, READINGS
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.reference import STEP_LENGTH_OF_ONE
-from gaitlab.report.words import NOTHING, interval, letter, percent, plural, surface_text
+from gaitlab.report.words import (
+    NOTHING,
+    interval,
+    letter,
+    percent,
+    plural,
+    surface_text,
+    verdict_text,
+)
 from gaitlab.reproduction.answers import (
     Answer,
     Calibrated,
@@ -47,7 +55,9 @@ LEGEND = """\
 Each cell: what the paper prints (S stable, U unstable), what the simulation finds, and how many of
 its seeds stayed up; with at least half of them it is stable. **`≠` in bold where the two differ**;
 `†` marks a cell that constants were chosen on; *predicted* is a cell by whose outcome no constant
-was chosen. Steps out of reach count as not stable."""
+was chosen. Steps out of reach count as not stable. A cell in which most seeds fall before their
+first step does not stand, which is no verdict and agrees with none. `?` marks what rests on a share
+whose 95 % interval holds one half."""
 GUESSES = """\
 *Always S* says stable of every cell. *Best constant* says of each ground and table whichever
 verdict the paper prints there more often, with the answer in hand: a count that is no higher shows
@@ -141,7 +151,7 @@ def _grounds(cells: Sequence[Judged]) -> list[str]:
 
 def _cell(cell: Judged) -> str:
     """Printed verdict, ours, and seeds that stayed up."""
-    ours = letter(bool(cell.ours.verdict()))
+    ours = verdict_text(cell.ours)
     reach = "" if cell.ours.feasible else " out of reach"
     sign = "=" if cell.agrees() else "≠"
     text = f"{letter(cell.printed)} {sign} {ours} {cell.ours.count()}/{cell.ours.n}{reach}"
