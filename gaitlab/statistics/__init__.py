@@ -1,8 +1,8 @@
 """Shares and means with their uncertainty, tests between two treatments, and what n can tell."""
 
+from gaitlab.statistics.clusters import clustered_rank_sum, sign_flip
 from gaitlab.statistics.families import holm
 from gaitlab.statistics.means import (
-    clustered_rank_sum,
     mean_difference_interval,
     mean_interval,
     signed_rank,
@@ -10,6 +10,7 @@ from gaitlab.statistics.means import (
     stratified_difference_interval,
 )
 from gaitlab.statistics.power import (
+    detectable_difference,
     detectable_drop,
     detectable_mean,
     pairs_for_shares,
@@ -55,6 +56,7 @@ __all__ = [
     "McNemar",
     "SignShares",
     "clustered_rank_sum",
+    "detectable_difference",
     "detectable_drop",
     "detectable_mean",
     "difference_of_proportions",
@@ -70,6 +72,7 @@ __all__ = [
     "mean_share_interval",
     "paired_difference",
     "pairs_for_shares",
+    "sign_flip",
     "sign_shares",
     "signed_rank",
     "stability_percent",
