@@ -167,7 +167,11 @@ def compared(before: Baseline, tonight: Baseline) -> Outcome:
     reason = too_few(
         [cell.before for cell in runs.cells], min(runs.seed_counts("stable")), paired=runs.paired
     )
-    return replace(outcome, undecided=reason)
+    unknown = [
+        replace(q, finding="undecided") if q.finding == "as before" else q
+        for q in outcome.quantities
+    ]
+    return replace(outcome, undecided=reason, quantities=unknown)
 
 
 def checked(before: Baseline, tonight: Baseline) -> list[Quantity]:

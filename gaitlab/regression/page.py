@@ -93,8 +93,10 @@ def _falls_table(falls: Falls) -> str:
             for cell in falls.changed
             if cell.before and cell.tonight
         ),
-        [f"all {len(falls.cells)} cells", _stable(falls.before), _stable(falls.tonight)],
     ]
+    if len(falls.cells) > 1:
+        total = [_stable(falls.before), _stable(falls.tonight)]
+        rows.append([f"all {len(falls.cells)} cells", *total])
     return _markdown(rows)
 
 
@@ -137,7 +139,7 @@ def _markdown(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _row(quantity: Quantity) -> list[str]:
-    loud = quantity.finding != "as before"
+    loud = quantity.finding in ("worse", "better")
     return [
         _name(quantity),
         quantity.surface or "all",
@@ -220,7 +222,8 @@ def _trials(outcome: Outcome) -> str:
     why = (
         "the versions, the processor or the code above did"
         if outcome.surroundings
-        else "nothing that is known did: the simulation does not repeat itself here"
+        else "nothing that is known did: a file that the gait reads but that no id tells of, "
+        "or the simulation does not repeat itself here"
     )
     return (
         f"Other bits in {len(outcome.differing)} of {outcome.compared} trials whose declared "

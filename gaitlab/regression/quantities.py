@@ -23,7 +23,7 @@ from gaitlab.statistics import (
 )
 
 FALSE_ALARMS = 0.01  # of nights without any change; all tests of a night together
-Finding: TypeAlias = Literal["worse", "better", "as before"]
+Finding: TypeAlias = Literal["worse", "better", "as before", "undecided"]
 
 
 @dataclass(frozen=True, kw_only=True)

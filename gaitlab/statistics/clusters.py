@@ -15,6 +15,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -107,12 +108,17 @@ def _ranked(first: np.ndarray, second: np.ndarray) -> Stratum:
 
 def _shuffled(first: np.ndarray, second: np.ndarray, alternative: Alternative) -> float:
     """Share of shuffles whose first sum is as extreme as the one seen."""
-    generator = np.random.default_rng(19600101)
     scores = np.concatenate([first, second])
-    table = np.broadcast_to(scores, (SHUFFLES, len(scores)))
-    sums = generator.permuted(table, axis=1)[:, : len(first)].sum(axis=1)
+    sums = scores[_shuffles(len(first), len(scores))].sum(axis=1)
     seen, rounding = float(np.sum(first)), 1e-9
     less = (1 + np.sum(sums <= seen + rounding)) / (1 + SHUFFLES)
     greater = (1 + np.sum(sums >= seen - rounding)) / (1 + SHUFFLES)
     tails = {"less": less, "greater": greater, "two-sided": min(2.0 * min(less, greater), 1.0)}
     return float(tails[alternative])
+
+
+@lru_cache(maxsize=2)
+def _shuffles(first: int, n: int) -> np.ndarray:
+    """Which of n clusters come first in each shuffle. Shape (SHUFFLES, first)."""
+    table = np.broadcast_to(np.arange(n), (SHUFFLES, n))
+    return np.random.default_rng(19600101).permuted(table, axis=1)[:, :first].copy()
