@@ -74,30 +74,22 @@ class Matched:
         return [(tonight[0], before[0]) for tonight, before in self._sides(metric)]
 
     def seed_changes(self, metric: str) -> np.ndarray:
-        """What each seed adds to the change of the mean over all cells. Shape (seeds,).
+        """Sum over the cells of each seed's differences, the independent numbers. Shape (seeds,).
 
-        Of pairs only. A seed draws the same servos and ground in every cell, so its differences
-        hang together; their sum over the cells is one independent number.
+        Of pairs only. A share counts every walk alike. A metric's differences are divided by
+        their root mean square in the cell, so that a cell in which walks scatter much does not
+        drown the others; it is the same whichever side is called tonight.
         """
         gaps = [tonight - before for tonight, before in self.values(metric)]
-        return by_seed(self._weighted(gaps, metric), [seeds for seeds, _ in self.seeds(metric)])
-
-    def seed_scatter(self, metric: str) -> np.ndarray:
-        """The same of the baseline's values about the mean of their cell. Shape (seeds,)."""
-        gaps = [before - before.mean() for _, before in self.values(metric)]
-        return by_seed(self._weighted(gaps, metric), [seeds for _, seeds in self.seeds(metric)])
+        if metric != "stable":
+            gaps = [gap / (np.sqrt(np.mean(gap**2)) or 1.0) for gap in gaps]
+        return by_seed(gaps, [seeds for seeds, _ in self.seeds(metric)])
 
     def seed_counts(self, metric: str) -> tuple[int, int]:
         """Seeds with a value, tonight and before."""
         sides = zip(*self.seeds(metric), strict=True) if self.seeds(metric) else ((), ())
         tonight, before = (len(np.unique(np.concatenate([*side, []]))) for side in sides)
         return tonight, before
-
-    def _weighted(self, gaps: list[np.ndarray], metric: str) -> list[np.ndarray]:
-        """Every walk counts alike in a share, every cell in a mean."""
-        if metric == "stable":
-            return [gap / sum(map(len, gaps)) for gap in gaps]
-        return [gap / (len(gap) * len(gaps)) for gap in gaps]
 
     def _sides(self, metric: str) -> list[tuple[Side, Side]]:
         found = [_sides(cell, metric, self.paired) for cell in self.cells]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from gaitlab.regression.baseline import Walk
 from gaitlab.regression.matching import Matched
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity, test_count
-from gaitlab.statistics import detectable_difference, detectable_drop, detectable_mean
+from gaitlab.statistics import detectable_drop, detectable_shift
 
 COARSEST = 0.5  # drop of the stable share; a gate that misses a larger one is none
 MOST_SEEDS = 500  # a cell; nobody walks more
@@ -65,21 +65,28 @@ def _detectable(runs: Matched, quantity: Quantity, level: float) -> float:
     if quantity.name == "stable":
         outcomes = _outcomes([cell.before for cell in runs.cells])
         return detectable_drop(outcomes, min(tonight, before), level, paired=runs.paired)
-    if runs.paired:
-        # A seed's mean is its share of the change times the number of seeds.
-        return detectable_mean(tonight * _scatter(runs, quantity.name), tonight, level)
-    deviation = before * _deviation(runs.seed_scatter(quantity.name))
-    return detectable_difference(deviation, tonight, before, level)
+    values = _scatter(runs, quantity.name)
+    if not values.size:
+        return inf
+    return detectable_shift(values, min(tonight, before), level, paired=runs.paired)
 
 
-def _scatter(runs: Matched, name: str) -> float:
-    """How the differences scatter between seeds; if all are alike, how fresh ones would."""
-    found = _deviation(runs.seed_changes(name))
-    return found if found > 0.0 else sqrt(2.0) * _deviation(runs.seed_scatter(name))
+def _scatter(runs: Matched, name: str) -> np.ndarray:
+    """How values scatter about the mean of their cell, NaN for none. Shape (seeds, cells).
 
-
-def _deviation(values: np.ndarray) -> float:
-    return float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
+    Of the differences of pairs; if all of a cell are alike, of its baseline as if both sides were
+    fresh. Without pairs of the baseline. Cells without any scatter are left out.
+    """
+    columns = []
+    for (now, then), (_, labels) in zip(runs.values(name), runs.seeds(name), strict=True):
+        found = then - then.mean()
+        if runs.paired:
+            gap = now - then
+            found = gap - gap.mean() if np.ptp(gap) > 0.0 else sqrt(2.0) * found
+        if np.any(found):
+            columns.append(dict(zip(labels.tolist(), found.tolist(), strict=True)))
+    seeds = sorted(set().union(*columns))
+    return np.array([[column.get(seed, np.nan) for column in columns] for seed in seeds])
 
 
 def _outcomes(cells: Sequence[Sequence[Walk]]) -> np.ndarray:

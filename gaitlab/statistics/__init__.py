@@ -10,9 +10,8 @@ from gaitlab.statistics.means import (
     stratified_difference_interval,
 )
 from gaitlab.statistics.power import (
-    detectable_difference,
     detectable_drop,
-    detectable_mean,
+    detectable_shift,
     pairs_for_shares,
     trials_for_shares,
     values_for_mean,
@@ -56,9 +55,8 @@ __all__ = [
     "McNemar",
     "SignShares",
     "clustered_rank_sum",
-    "detectable_difference",
     "detectable_drop",
-    "detectable_mean",
+    "detectable_shift",
     "difference_of_proportions",
     "distance_difference",
     "efficiency",

@@ -5,8 +5,6 @@ References:
         design, Biometrics, 1987.
     CornishFisher1938: Cornish and Fisher, Moments and cumulants in the specification of
         distributions, Revue de l'Institut International de Statistique, 1938.
-    JohnsonWelch1940: Johnson and Welch, Applications of the non-central t-distribution,
-        Biometrika, 1940.
 """
 
 from __future__ import annotations
@@ -19,7 +17,7 @@ import numpy as np
 POWER = 0.8  # chance to find what is there
 LEVEL = 0.05  # two-sided
 STEPS = 10  # of a bisection; drops of a share to 0.001
-ROUNDS = 6  # of a fixed point that settles in three
+FARTHEST = 20.0  # shift, in standard deviations of a cell; what needs more is not told
 TINY = 1e-12  # below any difference of counts
 DRAWS = 500  # pairs of runs; their power scatters by 2 points
 
@@ -61,59 +59,45 @@ def values_for_mean(deviation: float, difference: float, level: float = LEVEL) -
     return float(max(ceil(((alpha + beta) * deviation / difference) ** 2), 2))
 
 
-def detectable_mean(deviation: float, clusters: int, level: float) -> float:
-    """Smallest mean over clusters that `sign_flip` tells from 0, one-sided.
+def detectable_shift(
+    scatter: np.ndarray, clusters: int, level: float, *, paired: bool = True
+) -> float:
+    """Smallest shift, alike in all cells, that a test over clusters would show, one-sided.
 
-    Clusters scatter normally. The total over all signs asks for a z as of `_critical`, and so for
-    a t of z sqrt((n - 1) / (n - z^2)), whose power is that of [JohnsonWelch1940].
+    Whole clusters are drawn again, so what a cluster shares, and in how many cells it has a value,
+    stays together. Each cell is divided by its root mean square, as the sums of `sign_flip` are.
 
     Args:
-        deviation: Standard deviation between clusters.
-        clusters: How many; with n of them no p-value is below 2^-n.
+        scatter: Values about the mean of their cell, NaN where there is none; differences of pairs
+            if `paired`. Shape (clusters, cells).
+        clusters: Of a run, and of each of the two if they are not paired.
         level: Chance of a false alarm.
+        paired: Whether `sign_flip` tests pairs of clusters, or clusters are shuffled.
 
     Returns:
-        In the unit of the deviation; infinite when no change whatever would be told.
+        In the unit of the values; infinite when no shift whatever would be told.
     """
-    if 2.0**-clusters > level:
+    size = np.sqrt(np.nanmean(scatter**2, axis=0))
+    rng = np.random.default_rng(19350102)
+    rows = scatter[rng.integers(0, len(scatter), (DRAWS, 2, clusters))]
+    rows *= sqrt(len(scatter) / max(len(scatter) - 1.0, 1.0))  # about an estimated mean
+
+    def shows(shift: float) -> bool:
+        weights = 1.0 / np.hypot(size, shift)
+        moved = np.nansum((rows[:, 0] + shift) * weights, axis=2)
+        if paired:
+            return bool(np.mean(_flips(moved, level)) >= POWER)
+        other = np.nansum(rows[:, 1] * weights, axis=2)
+        return bool(np.mean(_shuffles(moved, other, level)) >= POWER)
+
+    top = FARTHEST * float(np.max(size))
+    if not top or not shows(top):
         return inf
-    mean = 1.0
-    for _ in range(ROUNDS):  # the larger the mean, the more alike the clusters' sizes
-        peaked = (mean**4 + 6.0 * mean**2 + 3.0) / (mean**2 + 1.0) ** 2
-        z = float(_critical(level, peaked / clusters))
-        if clusters <= z**2:
-            return inf
-        mean = _noncentrality(z, clusters, clusters - 1) / sqrt(clusters)
-    return mean * deviation
-
-
-def _critical(level: float, peaked: np.ndarray | float) -> np.ndarray:
-    """Sum over the root of the sum of squares that `sign_flip` asks for, [CornishFisher1938].
-
-    Under random signs the sum's excess kurtosis is -2 times the sum of fourth powers over the
-    square of the sum of squares, `peaked`.
-    """
-    z = _quantiles(level)[0]
-    return np.asarray(z - 2.0 * np.asarray(peaked) * (z**3 - 3.0 * z) / 24.0)
-
-
-def detectable_difference(deviation: float, first: int, second: int, level: float) -> float:
-    """Smallest difference of means that shuffling clusters between the sides tells, one-sided.
-
-    As `detectable_mean`, with other clusters on each side: so many on the first and the second.
-    """
-    z, both = _quantiles(level)[0], first + second
-    if min(first, second) < 1 or comb(both, first) < 1.0 / level or both - 1 <= z**2:
-        return inf
-    reach = _noncentrality(z, both - 1, both - 2)
-    return reach * deviation * sqrt(1.0 / first + 1.0 / second)
-
-
-def _noncentrality(z: float, n: int, freedom: int) -> float:
-    """Of the t that exceeds its critical value with the wanted power, [JohnsonWelch1940] eq. 3."""
-    critical = z * sqrt(freedom / (n - z**2))
-    spread = sqrt(1.0 + critical**2 / (2.0 * freedom))
-    return critical * (1.0 - 0.25 / freedom) + _quantiles(0.5)[1] * spread
+    low, high = 0.0, top
+    for _ in range(STEPS + 5):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if shows(middle) else (middle, high)
+    return high
 
 
 def detectable_drop(
@@ -189,6 +173,16 @@ def _redrawn(
     rows = outcomes[rng.integers(0, len(outcomes), (DRAWS, clusters))]
     tossed = (rng.random(rows.shape) < 1.0 / (n + 1.0)) & np.isfinite(rows)
     return np.where(tossed, rng.integers(0, 2, rows.shape), rows)
+
+
+def _critical(level: float, peaked: np.ndarray | float) -> np.ndarray:
+    """Sum over the root of the sum of squares that `sign_flip` asks for, [CornishFisher1938].
+
+    Under random signs the sum's excess kurtosis is -2 times the sum of fourth powers over the
+    square of the sum of squares, `peaked`.
+    """
+    z = _quantiles(level)[0]
+    return np.asarray(z - 2.0 * np.asarray(peaked) * (z**3 - 3.0 * z) / 24.0)
 
 
 def _flips(losses: np.ndarray, level: float) -> np.ndarray:
