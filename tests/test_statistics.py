@@ -15,8 +15,6 @@ from scipy.stats import fisher_exact
 from gaitlab.statistics import (
     Count,
     clustered_rank_sum,
-    detectable_drop,
-    detectable_mean,
     difference_of_proportions,
     distance_difference,
     efficiency,
@@ -357,23 +355,3 @@ def test_a_larger_difference_needs_no_more_trials(difference, times):
 def test_no_difference_is_never_told():
     assert pairs_for_shares(0.3, 0.0) == trials_for_shares(0.5, 0.5) == np.inf
     assert values_for_mean(1.0, 0.0) == np.inf
-
-
-def test_a_drop_that_can_be_noticed_is_noticed_four_times_in_five():
-    cells, level = [Count(9, 12)] * 12, 0.01
-    drop = detectable_drop(cells, level)
-    rng = np.random.default_rng(13)
-    share = 9.5 / 13.0
-    found = 0
-    for _ in range(300):
-        before, after = rng.random(144) < share, rng.random(144) < share - drop
-        pairs = zip(after.tolist(), before.tolist(), strict=True)
-        found += mcnemar(pairs, "less").p_value < level
-    assert 0.70 < found / 300 < 0.90
-
-
-def test_more_seeds_notice_less_and_hopeless_cells_nothing():
-    few, many = ([Count(3 * k, 4 * k)] * 6 for k in (3, 12))
-    assert detectable_drop(many, 0.01) < detectable_drop(few, 0.01) < 1.0
-    assert detectable_drop([Count(0, 5)], 0.01) == np.inf
-    assert detectable_mean(2.0, 100, 0.01) == pytest.approx(detectable_mean(1.0, 25, 0.01))

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,26 +50,31 @@ def check(
       gaitlab check nightly --baseline nightly.json --summary summary.md
     """
     from gaitlab.experiment import load_experiment
-    from gaitlab.regression import read_baseline, require_comparable, summary_page, undecided_page
+    from gaitlab.regression import (
+        outcome_json,
+        outcome_page,
+        read_baseline,
+        require_comparable,
+        undecided,
+    )
     from gaitlab.store import Store
 
     _refuse_folder(summary, "--summary")
     with other_output_on_stderr():
         wanted = load_experiment(experiment, settings or (), seeds)
+    before = None
     try:
         before = read_baseline(baseline)
         require_comparable(wanted, before)
-        tonight, outcome = _walked(wanted, Store(store), before, worker_count(jobs))
+        outcome = _walked(wanted, Store(store), before, worker_count(jobs))
     except _Stopped:
         tell("stopped; what is committed is safe, and the same command goes on from there")
         return INTERRUPTED
     except Undecided as error:
-        _publish(undecided_page(wanted.name, str(error)), summary)
-        say(_undecided_json(error) if as_json else undecided_page(wanted.name, str(error)))
-        return error.exit_code
-    page = summary_page(before, tonight, outcome)
+        outcome = undecided(str(error), before)
+    page = outcome_page(wanted.name, outcome)
     _publish(page, summary)
-    say(_json(outcome) if as_json else page)
+    say(outcome_json(wanted.name, outcome) if as_json else page)
     return outcome.exit_code
 
 
@@ -112,18 +114,15 @@ def baseline(
     return 0
 
 
-def _walked(
-    wanted: Experiment, results: Store, before: Baseline, workers: int
-) -> tuple[Baseline, Outcome]:
-    """Tonight's walks and what the gate says of them.
+def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) -> Outcome:
+    """What the gate says of tonight's walks; if some failed, of those that did not.
 
     Raises:
-        Undecided: If trials failed or nothing can be said.
         _Stopped: If somebody stopped it.
     """
     from gaitlab.cli.progress import progress
     from gaitlab.dispatch import dispatch
-    from gaitlab.regression import compared, discard_stale, record
+    from gaitlab.regression import compared, discard_stale, finished, record, undecided
 
     with other_output_on_stderr():
         stale = discard_stale(wanted, results)
@@ -132,8 +131,10 @@ def _walked(
         done = dispatch(wanted, results, jobs=workers, retry_failed=True, progress=progress())
     if done.interrupted:
         raise _Stopped
-    tonight = record(wanted, results)
-    return tonight, compared(before, tonight)
+    try:
+        return compared(before, record(wanted, results))
+    except Undecided as error:
+        return undecided(str(error), before, finished(wanted, results))
 
 
 def _refuse_folder(path: Path | None, option: str) -> None:
@@ -183,31 +184,3 @@ def _publish(page: str, summary: Path | None) -> None:
             file.write(f"{page}\n")
     except OSError as error:
         raise StoreError(f"--summary {summary}: {error.strerror}; choose another file") from error
-
-
-def _json(outcome: Outcome) -> str:
-    tests = [
-        {k: v if not isinstance(v, float) or isfinite(v) else None for k, v in asdict(q).items()}
-        for q in outcome.quantities
-    ]
-    return json.dumps(
-        {
-            "verdict": "worse" if outcome.worse else "as good",
-            "exit_code": outcome.exit_code,
-            "mode": outcome.mode,
-            "compared": outcome.runs.n,
-            "worse": [_told(quantity.name, quantity.surface) for quantity in outcome.worse],
-            "better": [_told(quantity.name, quantity.surface) for quantity in outcome.improved],
-            "declared": list(outcome.declared),
-            "other_bits": list(outcome.differing),
-            "tests": tests,
-        }
-    )
-
-
-def _told(name: str, surface: str) -> dict[str, str]:
-    return {"quantity": name, "surface": surface or "all"}
-
-
-def _undecided_json(error: Undecided) -> str:
-    return json.dumps({"verdict": "undecided", "exit_code": error.exit_code, "reason": str(error)})

@@ -1,13 +1,15 @@
 """The nightly gate: does the robot walk as well as when the baseline was made?
 
 Bit for bit first, by the digests of the logs; where bits differ, by tests between runs with equal
-cell and seed, worse only, with one false-alarm rate for all of them together.
+cell and seed, worse only, with seeds as the independent units and one false-alarm rate for all of
+them together. Whatever is decided, the answer says how many walks fell before and tonight.
 """
 
+from gaitlab.regression.answer import outcome_json
 from gaitlab.regression.baseline import Baseline, read_baseline, write_baseline
-from gaitlab.regression.gate import Outcome, checked, compared, require_comparable
-from gaitlab.regression.page import summary_page, undecided_page
-from gaitlab.regression.tonight import discard_stale, record
+from gaitlab.regression.gate import Outcome, checked, compared, require_comparable, undecided
+from gaitlab.regression.page import outcome_page
+from gaitlab.regression.tonight import discard_stale, finished, record
 
 __all__ = [
     "Baseline",
@@ -15,10 +17,12 @@ __all__ = [
     "checked",
     "compared",
     "discard_stale",
+    "finished",
+    "outcome_json",
+    "outcome_page",
     "read_baseline",
     "record",
     "require_comparable",
-    "summary_page",
-    "undecided_page",
+    "undecided",
     "write_baseline",
 ]

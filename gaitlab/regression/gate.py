@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil, inf, isclose
+from math import isclose
 from typing import Literal, TypeAlias
 
 from gaitlab.canonical import canonical_json
@@ -12,18 +12,18 @@ from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
 from gaitlab.plan import plan
 from gaitlab.regression.baseline import NEW, Baseline, Walk
+from gaitlab.regression.falls import Falls, falls
 from gaitlab.regression.matching import Matched, matched
-from gaitlab.regression.quantities import Quantity, least_drop, test_count, tested
-from gaitlab.statistics import Count
+from gaitlab.regression.noticing import COARSEST, noticed, too_few
+from gaitlab.regression.quantities import Quantity, tested
 from gaitlab.store import listed
 from gaitlab.trial import PHYSICS_VERSION
 
 WORSE = 5  # exit code
-COARSEST = 0.5  # drop of the stable share; a gate that misses a larger one is none
-MOST_SEEDS = 10_000  # a cell; nobody walks more
-BITS = ("python_version", "numpy_version", "numba_version", "pybullet_version", "platform")
 ROUNDING = 1e-9  # relative; another processor may sum a metric in another order
-Mode: TypeAlias = Literal["exact", "paired", "unpaired"]
+NO_RUNS = Matched(paired=False, cells=(), unshared=0)
+Mode: TypeAlias = Literal["none", "exact", "paired", "unpaired"]
+Verdict: TypeAlias = Literal["as good", "worse", "undecided"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,22 +31,28 @@ class Outcome:
     """What the gate found.
 
     Attributes:
-        mode: How it was found.
+        falls: How many walks stayed up, before and tonight.
+        undecided: Why nothing can be said; empty if something can.
+        mode: How it was found; `none` if nothing was compared.
         runs: The walks that were compared.
         quantities: Every test; empty when not a bit has changed.
         declared: What has been changed on purpose, by what the parts are called.
         surroundings: Versions and processor that differ: name, before, tonight.
         differing: Ids of trials whose bits differ although nothing declared has changed.
         compared: Trials with the same identity in both.
+        commits: Of the code before and tonight; empty if either is unknown.
     """
 
-    mode: Mode
-    runs: Matched
+    falls: Falls
+    undecided: str = ""
+    mode: Mode = "none"
+    runs: Matched = NO_RUNS
     quantities: Sequence[Quantity] = ()
     declared: Sequence[str] = ()
     surroundings: Sequence[tuple[str, str, str]] = ()
     differing: Sequence[str] = ()
     compared: int = 0
+    commits: Sequence[str] = ()
 
     @property
     def worse(self) -> list[Quantity]:
@@ -59,9 +65,16 @@ class Outcome:
         return [quantity for quantity in self.quantities if quantity.finding == "better"]
 
     @property
+    def verdict(self) -> Verdict:
+        """In a word or two."""
+        if self.undecided:
+            return "undecided"
+        return "worse" if self.worse else "as good"
+
+    @property
     def exit_code(self) -> int:
-        """0, or 5 for a regression."""
-        return WORSE if self.worse else 0
+        """0, 5 for a regression, 6 if nothing can be said."""
+        return {"as good": 0, "worse": WORSE, "undecided": Undecided.exit_code}[self.verdict]
 
 
 def require_comparable(experiment: Experiment, before: Baseline) -> None:
@@ -93,50 +106,72 @@ def require_comparable(experiment: Experiment, before: Baseline) -> None:
             f"{next(iter(before.cells), 'none')}, those of tonight like "
             f"{next(iter(seeds), 'none')}; {NEW}"
         )
-    sizes = [_comparable(before.cells[place], seeds[place]) for place in shared]
+    seeds_before = {walk.seed for place in shared for walk in before.cells[place]}
+    seeds_tonight = set().union(*(seeds[place] for place in shared))
+    common = len(seeds_before & seeds_tonight)
     known = {walk.trial_id for walk in before.walks}
-    if not known & identities:  # else the bits may decide, however few they are
-        _require_seeds([before.cells[place] for place in shared], sizes, coarsest=1.0)
+    if known & identities:  # the bits may decide, however few they are
+        return
+    reason = too_few(
+        [before.cells[place] for place in shared],
+        common or min(len(seeds_before), len(seeds_tonight)),
+        paired=common > 0,
+        coarsest=1.0,
+    )
+    if reason:
+        raise Undecided(reason)
 
 
-def _comparable(before: Sequence[Walk], seeds: set[int]) -> int:
-    """Walks of a cell that can be compared: with common seeds those, else the smaller number."""
-    common = sum(walk.seed in seeds for walk in before)
-    return common or min(len(before), len(seeds))
+def undecided(
+    reason: str, before: Baseline | None = None, tonight: Baseline | None = None
+) -> Outcome:
+    """An answer without a decision, with what is known of the walks all the same.
+
+    Args:
+        reason: Why there is none.
+        before: The baseline, if one was read.
+        tonight: What of tonight was walked, if anything was.
+    """
+    outcome = Outcome(undecided=reason, falls=falls(before, tonight))
+    if before is None or tonight is None:
+        return outcome
+    pairs = _same_trials(before, tonight)
+    return replace(
+        outcome,
+        declared=_declared(before, tonight),
+        surroundings=_surroundings(before, tonight),
+        differing=_differing(pairs),
+        compared=len(pairs),
+        commits=_commits(before, tonight),
+    )
 
 
 def compared(before: Baseline, tonight: Baseline) -> Outcome:
     """Tonight's walks against the baseline's.
 
-    Raises:
-        Undecided: If there is nothing to compare, too little to tell, or a metric is not what it
-            was.
+    Undecided if there is nothing to compare, too little to tell, or a metric is not what it was.
     """
     runs = matched(before, tonight)
     if not runs.n:
-        raise Undecided("no walk of tonight has its cell in the baseline: nothing was compared")
-    pairs = _same_trials(before, tonight)
-    differing = [now.trial_id for then, now in pairs if not _same_bits(then, now)]
-    _require_same_metrics(pairs, differing)
-    outcome = Outcome(
-        mode="paired" if runs.paired else "unpaired",
-        runs=runs,
-        declared=_declared(before, tonight),
-        surroundings=_surroundings(before, tonight),
-        differing=differing,
-        compared=len(pairs),
-    )
-    if runs.paired and len(pairs) == runs.n and not differing:
+        reason = "no walk of tonight has its cell in the baseline: nothing was compared"
+        return undecided(reason, before, tonight)
+    outcome = undecided(_redefined(_same_trials(before, tonight)), before, tonight)
+    outcome = replace(outcome, runs=runs, mode="paired" if runs.paired else "unpaired")
+    if outcome.undecided:
+        return outcome
+    if runs.paired and outcome.compared == runs.n and not outcome.differing:
         return replace(outcome, mode="exact")
-    outcome = replace(outcome, quantities=tested(runs))
-    if not outcome.worse and outcome.quantities[0].detectable > COARSEST:
-        _require_seeds(
-            [cell.before for cell in runs.cells],
-            [min(len(cell.before), len(cell.tonight)) for cell in runs.cells],
-            coarsest=0.0,
-            least=outcome.quantities[0].detectable,
-        )
-    return outcome
+    outcome = replace(outcome, quantities=noticed(runs, tested(runs)))
+    if outcome.worse or outcome.quantities[0].detectable <= COARSEST:
+        return outcome
+    reason = too_few(
+        [cell.before for cell in runs.cells], min(runs.seed_counts("stable")), paired=runs.paired
+    )
+    unknown = [
+        replace(q, finding="undecided") if q.finding == "as before" else q
+        for q in outcome.quantities
+    ]
+    return replace(outcome, undecided=reason, quantities=unknown)
 
 
 def checked(before: Baseline, tonight: Baseline) -> list[Quantity]:
@@ -144,10 +179,7 @@ def checked(before: Baseline, tonight: Baseline) -> list[Quantity]:
 
     Baselines that cannot be compared have nothing to say against each other.
     """
-    try:
-        return compared(before, tonight).worse
-    except Undecided:
-        return []
+    return compared(before, tonight).worse
 
 
 def _same_trials(before: Baseline, tonight: Baseline) -> list[tuple[Walk, Walk]]:
@@ -159,20 +191,25 @@ def _same_bits(then: Walk, now: Walk) -> bool:
     return (then.state, then.log_digest) == (now.state, now.log_digest)
 
 
-def _require_same_metrics(pairs: Sequence[tuple[Walk, Walk]], differing: Sequence[str]) -> None:
-    """The same log measured otherwise means that a metric was redefined."""
+def _differing(pairs: Sequence[tuple[Walk, Walk]]) -> list[str]:
+    return [now.trial_id for then, now in pairs if not _same_bits(then, now)]
+
+
+def _redefined(pairs: Sequence[tuple[Walk, Walk]]) -> str:
+    """The same log measured otherwise means that a metric was redefined; empty if none was."""
     changed = dict.fromkeys(
         name
         for then, now in pairs
-        if now.trial_id not in differing
+        if _same_bits(then, now)
         for name in then.metrics
         if not _equal(then.metrics[name], now.metrics.get(name))
     )
-    if changed:
-        raise Undecided(
-            f"the same logs are measured differently: {', '.join(changed)} is not defined as it "
-            f"was; {NEW}"
-        )
+    if not changed:
+        return ""
+    return (
+        f"the same logs are measured differently: {', '.join(changed)} is not defined as it was; "
+        f"{NEW}"
+    )
 
 
 def _equal(first: object, second: object) -> bool:
@@ -196,47 +233,7 @@ def _surroundings(before: Baseline, tonight: Baseline) -> list[tuple[str, str, s
     return [(name, then, now) for name, then, now in told if then != now]
 
 
-def _require_seeds(
-    cells: Sequence[Sequence[Walk]], sizes: Sequence[int], coarsest: float, least: float = 0.0
-) -> None:
-    """Refuse a gate that would not notice a large loss of stability.
-
-    Args:
-        cells: Walks of the baseline, cell by cell.
-        sizes: Walks of each cell that can be compared.
-        coarsest: Smallest drop of the stable share that must show at the latest.
-        least: Smallest drop that was found to show, if it is known.
-
-    Raises:
-        Undecided: With the seeds a cell that would do.
-    """
-    surfaces = {walk.cell.get("surface") for cell in cells for walk in cell}
-    tests = test_count(len(surfaces))
-    shares = [sum(walk.stable for walk in cell) / len(cell) for cell in cells]
-    if least_drop(_counts(shares, sizes), tests) <= coarsest:
-        return
-    needed = _needed(shares, tests)
-    if needed and COARSEST < least < inf:
-        needed = max(needed, ceil(min(sizes) * (least / COARSEST) ** 2))
-    seeds = f"{min(sizes)} to {max(sizes)}" if min(sizes) < max(sizes) else str(min(sizes))
-    advice = (
-        f"some {needed} seeds a cell would do, in the experiment and in the baseline"
-        if needed
-        else "more seeds do not help: choose cells in which the robot stays up more often"
-    )
-    raise Undecided(
-        f"too few walks to tell: with {seeds} seeds a cell in {len(cells)} cells, "
-        f"{100 * sum(shares) / len(shares):.0f} % of them stable, a loss of {100 * COARSEST:.0f} "
-        f"points of stability could pass unseen; {advice}"
-    )
-
-
-def _needed(shares: Sequence[float], tests: int) -> int | None:
-    """Fewest seeds a cell that would do; None if no number does."""
-    tries = sorted({round(1.15**k) for k in range(1, 66)})
-    enough = [n for n in tries if least_drop(_counts(shares, [n] * len(shares)), tests) <= COARSEST]
-    return next((n for n in enough if n <= MOST_SEEDS), None)
-
-
-def _counts(shares: Sequence[float], sizes: Sequence[int]) -> list[Count]:
-    return [Count(round(share * n), n) for share, n in zip(shares, sizes, strict=True)]
+def _commits(before: Baseline, tonight: Baseline) -> list[str]:
+    """From which code to which, for whoever looks for the culprit."""
+    found = [", ".join(each.provenance.get("git_commit", ())) for each in (before, tonight)]
+    return found if all(found) else []

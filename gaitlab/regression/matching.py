@@ -66,14 +66,47 @@ class Matched:
         return [(_count(cell.tonight), _count(cell.before)) for cell in self.cells]
 
     def seeds(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Seeds of the values that `values` gives without pairs, in step with them."""
-        found = [(_seeds(c.tonight, metric), _seeds(c.before, metric)) for c in self.cells]
-        return [(tonight, before) for tonight, before in found if len(tonight) and len(before)]
+        """Seeds of the values that `values` gives, in step with them."""
+        return [(tonight[1], before[1]) for tonight, before in self._sides(metric)]
 
     def values(self, metric: str) -> list[tuple[np.ndarray, np.ndarray]]:
         """Tonight's and the baseline's values of each cell that has any; paired ones in step."""
-        found = [_values(cell, metric, self.paired) for cell in self.cells]
-        return [(tonight, before) for tonight, before in found if len(tonight) and len(before)]
+        return [(tonight[0], before[0]) for tonight, before in self._sides(metric)]
+
+    def seed_changes(self, metric: str) -> np.ndarray:
+        """Sum over the cells of each seed's differences, the independent numbers. Shape (seeds,).
+
+        Of pairs only. A share counts every walk alike. A metric's differences are divided by
+        their root mean square in the cell, so that a cell in which walks scatter much does not
+        drown the others; it is the same whichever side is called tonight.
+        """
+        gaps = [tonight - before for tonight, before in self.values(metric)]
+        if metric != "stable":
+            gaps = [gap / (np.sqrt(np.mean(gap**2)) or 1.0) for gap in gaps]
+        return by_seed(gaps, [seeds for seeds, _ in self.seeds(metric)])
+
+    def seed_counts(self, metric: str) -> tuple[int, int]:
+        """Seeds with a value, tonight and before."""
+        sides = zip(*self.seeds(metric), strict=True) if self.seeds(metric) else ((), ())
+        tonight, before = (len(np.unique(np.concatenate([*side, []]))) for side in sides)
+        return tonight, before
+
+    def _sides(self, metric: str) -> list[tuple[Side, Side]]:
+        found = [_sides(cell, metric, self.paired) for cell in self.cells]
+        return [
+            (tonight, before) for tonight, before in found if len(tonight[0]) and len(before[0])
+        ]
+
+
+Side = tuple[np.ndarray, np.ndarray]  # values of a cell and their seeds
+
+
+def by_seed(values: list[np.ndarray], seeds: list[np.ndarray]) -> np.ndarray:
+    """Sum of each seed's values over all cells, in the order of the seeds. Shape (seeds,)."""
+    if not values:
+        return np.empty(0)
+    _, place = np.unique(np.concatenate(seeds), return_inverse=True)
+    return np.bincount(place, weights=np.concatenate(values))
 
 
 def matched(before: Baseline, tonight: Baseline) -> Matched:
@@ -104,18 +137,13 @@ def _count(walks: tuple[Walk, ...]) -> Count:
     return Count(sum(walk.stable for walk in walks), len(walks))
 
 
-def _values(cell: MatchedCell, metric: str, paired: bool) -> tuple[np.ndarray, np.ndarray]:
+def _sides(cell: MatchedCell, metric: str, paired: bool) -> tuple[Side, Side]:
     tonight, before = (_fair(walks, metric) for walks in (cell.tonight, cell.before))
+    there = [np.isfinite(values) for values in (tonight, before)]
     if paired:
-        both = np.isfinite(tonight) & np.isfinite(before)
-        return tonight[both], before[both]
-    return tonight[np.isfinite(tonight)], before[np.isfinite(before)]
-
-
-def _seeds(walks: tuple[Walk, ...], metric: str) -> np.ndarray:
-    """Seeds of the walks that a metric is fair for."""
-    seeds = np.array([walk.seed for walk in walks])
-    return seeds[np.isfinite(_fair(walks, metric))]
+        there = [there[0] & there[1]] * 2
+    seeds = [np.array([w.seed for w in walks]) for walks in (cell.tonight, cell.before)]
+    return (tonight[there[0]], seeds[0][there[0]]), (before[there[1]], seeds[1][there[1]])
 
 
 def _fair(walks: tuple[Walk, ...], metric: str) -> np.ndarray:

@@ -2,45 +2,111 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import degrees, isfinite
 
 from gaitlab.metrics import better, unit_of
-from gaitlab.regression.baseline import Baseline
+from gaitlab.regression.falls import Falls, Tally
 from gaitlab.regression.gate import Outcome
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity
+from gaitlab.store import Scalar
 
 SHOWN = 10  # trials that are named
 NOTHING = "—"
 HEADER = ("quantity", "on", "baseline", "tonight", "change", "p worse", "finding", "would notice")
 
 
-def summary_page(before: Baseline, tonight: Baseline, outcome: Outcome) -> str:
-    """The whole answer: verdict first, then the tests, then what was compared with what."""
+def outcome_page(experiment: str, outcome: Outcome) -> str:
+    """The whole answer: verdict, falls and bits in the first line, then what they rest on."""
     blocks = [
-        f"# {tonight.experiment}: {_verdict(outcome)}",
+        f"# {headline(experiment, outcome)}",
         _sentence(outcome),
+        _falls_table(outcome.falls),
         _table(outcome.quantities),
         _how(outcome),
         _changes(outcome),
         _trials(outcome),
-        _seams(before, tonight, outcome),
+        _seams(outcome),
     ]
     return "\n\n".join(block for block in blocks if block)
 
 
-def undecided_page(experiment: str, reason: str) -> str:
-    """The answer when there is none: why, and what to do."""
-    return f"# {experiment}: the gate could not decide\n\n{reason}"
+def headline(experiment: str, outcome: Outcome) -> str:
+    """Verdict, falls before and tonight, and bits that differ, in one line."""
+    joint = ", but " if outcome.undecided and outcome.falls.rose else "; "
+    parts = [f"{_verdict(outcome)}{joint}{_fell(outcome.falls)}", _jump(outcome.falls)]
+    if outcome.differing:
+        parts.append(
+            f"other bits in {len(outcome.differing)} of {outcome.compared} trials with equal ids"
+        )
+    return f"{experiment}: {'; '.join(part for part in parts if part)}"
 
 
 def _verdict(outcome: Outcome) -> str:
+    if outcome.undecided:
+        return "the gate could not decide"
     if outcome.mode == "exact":
         return "nothing changed"
     return "worse than the baseline" if outcome.worse else "as good as the baseline"
 
 
+def _fell(falls: Falls) -> str:
+    before, tonight = falls.before, falls.tonight
+    if before and tonight:
+        return f"falls went from {_of(before)} to {_of(tonight)}"
+    told = [
+        f"{_of(before)} before" if before else "no baseline",
+        f"{_of(tonight)} tonight" if tonight else "nothing walked tonight",
+    ]
+    return f"falls: {', '.join(told)}"
+
+
+def _of(tally: Tally) -> str:
+    out = f" ({tally.out_of_reach} out of reach)" if tally.out_of_reach else ""
+    return f"{tally.fell} of {tally.n}{out}"
+
+
+def _jump(falls: Falls) -> str:
+    """The cell that changed most, where the sum over several may hide it."""
+    most = falls.jump
+    if most is None or most.before is None or most.tonight is None or len(falls.cells) < 2:
+        return ""
+    return f"most at {_cell(most.cell)}, from {_of(most.before)} to {_of(most.tonight)}"
+
+
+def _cell(values: Mapping[str, Scalar]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in values.items())
+
+
+def _falls_table(falls: Falls) -> str:
+    """Stable walks of each cell that changed, and of all."""
+    if falls.before is None or falls.tonight is None:
+        return ""
+    if not falls.changed:
+        told = f"Stable walks: {_stable(falls.before)} before, {_stable(falls.tonight)} tonight"
+        return f"{told}; {'no cell changed' if falls.together else 'no cell is in both'}."
+    rows = [
+        ["cell", "stable before", "stable tonight"],
+        ["---"] * 3,
+        *(
+            [_cell(cell.cell), _stable(cell.before), _stable(cell.tonight)]
+            for cell in falls.changed
+            if cell.before and cell.tonight
+        ),
+    ]
+    if len(falls.cells) > 1:
+        total = [_stable(falls.before), _stable(falls.tonight)]
+        rows.append([f"all {len(falls.cells)} cells", *total])
+    return _markdown(rows)
+
+
+def _stable(tally: Tally) -> str:
+    return f"{tally.stable} of {tally.n}"
+
+
 def _sentence(outcome: Outcome) -> str:
+    if outcome.undecided:
+        return outcome.undecided
     if outcome.mode == "exact":
         return f"Nothing changed, bit for bit, in {outcome.compared} trials."
     parts = []
@@ -65,12 +131,15 @@ def _where(quantity: Quantity) -> str:
 def _table(quantities: Sequence[Quantity]) -> str:
     if not quantities:
         return ""
-    rows = [HEADER, ["---"] * len(HEADER), *(_row(quantity) for quantity in quantities)]
+    return _markdown([HEADER, ["---"] * len(HEADER), *(_row(each) for each in quantities)])
+
+
+def _markdown(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def _row(quantity: Quantity) -> list[str]:
-    loud = quantity.finding != "as before"
+    loud = quantity.finding in ("worse", "better")
     return [
         _name(quantity),
         quantity.surface or "all",
@@ -85,7 +154,7 @@ def _row(quantity: Quantity) -> list[str]:
 
 def _detectable(quantity: Quantity) -> str:
     if not isfinite(quantity.detectable):
-        return "no change at this n"
+        return "no change with so few seeds"
     sign = 1.0 if quantity.name != "stable" and better(quantity.name) == "lower" else -1.0
     return _change(quantity, sign * quantity.detectable)
 
@@ -113,19 +182,24 @@ def _change(quantity: Quantity, value: float) -> str:
 
 
 def _how(outcome: Outcome) -> str:
-    if outcome.mode == "exact":
+    if not outcome.quantities:
         return ""
-    runs = outcome.runs
+    runs, seeds = outcome.runs, outcome.quantities[0].seeds
     matching = (
-        "pairs of equal cell and seed" if runs.paired else "walks a side, without common seeds"
+        f"pairs of equal cell and seed, of {seeds} seeds,"
+        if runs.paired
+        else f"walks a side, of {seeds} seeds, without common seeds"
     )
+    test = "sign-flip test over seeds" if runs.paired else "rank sums, whole seeds shuffled"
     unshared = f" {runs.unshared} cells only one side has are left out." if runs.unshared else ""
     return (
-        f"Compared: {runs.n} {matching}, in {len(runs.cells)} cells.{unshared} All tests of a "
-        f"night together raise a false alarm in at most {FALSE_ALARMS:.0%} of nights in which "
-        "nothing changed (Holm). *Would notice*: the smallest change for the worse, alike in all "
-        "cells, that is found in four nights of five at this n. Stable walks and distance count "
-        "falls; the others compare walks that stayed up and covered half of the commanded distance."
+        f"Compared: {runs.n} {matching} in {len(runs.cells)} cells.{unshared} A seed draws the "
+        f"same servos and ground in every cell, so seeds count as independent, not walks ({test}). "
+        f"All tests of a night together raise a false alarm in at most {FALSE_ALARMS:.0%} of "
+        "nights in which nothing changed (Holm). *Would notice*: the smallest change for the "
+        "worse, alike in all cells, that is found in four nights of five with so many seeds. "
+        "Stable walks and distance count falls; the others compare walks that stayed up and "
+        "covered half of the commanded distance."
     )
 
 
@@ -148,7 +222,8 @@ def _trials(outcome: Outcome) -> str:
     why = (
         "the versions, the processor or the code above did"
         if outcome.surroundings
-        else "nothing that is known did: the simulation does not repeat itself here"
+        else "nothing that is known did: a file that the gait reads but that no id tells of, "
+        "or the simulation does not repeat itself here"
     )
     return (
         f"Other bits in {len(outcome.differing)} of {outcome.compared} trials whose declared "
@@ -156,10 +231,8 @@ def _trials(outcome: Outcome) -> str:
     )
 
 
-def _seams(before: Baseline, tonight: Baseline, outcome: Outcome) -> str:
+def _seams(outcome: Outcome) -> str:
     """From which code to which, for whoever looks for the culprit."""
-    commits = [each.provenance.get("git_commit", ()) for each in (before, tonight)]
-    if not all(commits) or outcome.mode == "exact":
+    if not outcome.commits or outcome.mode == "exact":
         return ""
-    first, last = (", ".join(commit) for commit in commits)
-    return f"Code: {first} -> {last}"
+    return f"Code: {' -> '.join(outcome.commits)}"

@@ -37,10 +37,9 @@ def discard_stale(experiment: Experiment, store: Store) -> int:
     store would answer with last night's walks. Returns how many were dropped.
     """
     index, now = store.index(), code_digest()
-    wanted = {listed(item).trial_id for item in plan(experiment).trials()}
     stale = [
         key
-        for key in wanted & index.entries.keys()
+        for key in _wanted(experiment).keys() & index.entries.keys()
         if index.entries[key].details.provenance.get("code") != now
     ]
     if stale:
@@ -56,8 +55,29 @@ def record(experiment: Experiment, store: Store) -> Baseline:
         Undecided: If a trial is missing or has failed.
     """
     index = store.index()
-    wanted = {found.trial_id: found for found in map(listed, plan(experiment).trials())}
+    wanted = _wanted(experiment)
     _require_whole(experiment, index, wanted)
+    return _baseline(experiment, store, index, wanted)
+
+
+def finished(experiment: Experiment, store: Store) -> Baseline:
+    """The trials of an experiment that did not fail, as far as the store has them."""
+    index = store.index()
+    done = {
+        key: found
+        for key, found in _wanted(experiment).items()
+        if key in index.entries and index.entries[key].state != "FAILED"
+    }
+    return _baseline(experiment, store, index, done)
+
+
+def _wanted(experiment: Experiment) -> dict[str, Listed]:
+    return {found.trial_id: found for found in map(listed, plan(experiment).trials())}
+
+
+def _baseline(
+    experiment: Experiment, store: Store, index: Index, wanted: Mapping[str, Listed]
+) -> Baseline:
     details = {key: index.entries[key].details for key in wanted}
     return Baseline(
         experiment=experiment.name,

@@ -1,8 +1,8 @@
 """Shares and means with their uncertainty, tests between two treatments, and what n can tell."""
 
+from gaitlab.statistics.clusters import clustered_rank_sum, sign_flip
 from gaitlab.statistics.families import holm
 from gaitlab.statistics.means import (
-    clustered_rank_sum,
     mean_difference_interval,
     mean_interval,
     signed_rank,
@@ -11,7 +11,7 @@ from gaitlab.statistics.means import (
 )
 from gaitlab.statistics.power import (
     detectable_drop,
-    detectable_mean,
+    detectable_shift,
     pairs_for_shares,
     trials_for_shares,
     values_for_mean,
@@ -56,7 +56,7 @@ __all__ = [
     "SignShares",
     "clustered_rank_sum",
     "detectable_drop",
-    "detectable_mean",
+    "detectable_shift",
     "difference_of_proportions",
     "distance_difference",
     "efficiency",
@@ -70,6 +70,7 @@ __all__ = [
     "mean_share_interval",
     "paired_difference",
     "pairs_for_shares",
+    "sign_flip",
     "sign_shares",
     "signed_rank",
     "stability_percent",

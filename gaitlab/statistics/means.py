@@ -4,8 +4,6 @@ References:
     Efron1987: Efron, Better bootstrap confidence intervals, J. of the American Statistical
         Association, 1987.
     Student1908: Student, The probable error of a mean, Biometrika, 1908.
-    vanElteren1960: van Elteren, On the combination of independent two-sample tests of Wilcoxon,
-        Bulletin of the International Statistical Institute, 1960.
     Wilcoxon1945: Wilcoxon, Individual comparisons by ranking methods, Biometrics Bulletin, 1945.
 """
 
@@ -21,7 +19,6 @@ from gaitlab.statistics.proportions import Alternative, Interval
 RESAMPLES = 10_000  # of a bootstrap; the ends settle to some 1 % of the interval's width
 MOST_DRAWN = 4_000_000  # values a bootstrap draws; with many values fewer resamples do
 FEW_RESAMPLES = 1000
-SHUFFLES = 20_000  # of a permutation test; p-values down to 1e-4 are told apart
 
 Stratum = tuple[np.ndarray, np.ndarray]
 
@@ -112,52 +109,3 @@ def signed_rank(differences: np.ndarray, alternative: Alternative = "two-sided")
     tied = len(np.unique(np.abs(changed))) < len(changed)
     method = "exact" if len(changed) <= 50 and not tied else "approx"
     return float(wilcoxon(changed, alternative=alternative, method=method).pvalue)
-
-
-def clustered_rank_sum(
-    strata: Sequence[Stratum],
-    clusters: Sequence[Stratum],
-    alternative: Alternative = "two-sided",
-) -> float:
-    """p-value of the rank-sum test over strata, [vanElteren1960], for values that hang together.
-
-    Each stratum's ranks are weighted by 1 / (n + 1) and summed over the values of a cluster, a
-    seed for instance that draws the same servos in every cell. Whole clusters are shuffled between
-    the two sides, so that what a cluster shares is not taken for a difference between the sides.
-
-    Args:
-        strata: First and second values of each stratum.
-        clusters: For each of these values the label of its cluster; no cluster is on both sides.
-        alternative: `less` asks whether the first values are the smaller ones.
-    """
-    sides: tuple[dict[float, float], dict[float, float]] = ({}, {})
-    for values, labels in zip(strata, clusters, strict=True):
-        for side, scores, names in zip(sides, _ranked(*values), labels, strict=True):
-            for label, score in zip(names.tolist(), scores.tolist(), strict=True):
-                side[label] = side.get(label, 0.0) + score
-    first, second = (np.array(list(side.values())) for side in sides)
-    if not len(first) or not len(second) or not np.ptp(np.concatenate([first, second])):
-        return 1.0
-    return _shuffled(first, second, alternative)
-
-
-def _ranked(first: np.ndarray, second: np.ndarray) -> Stratum:
-    """Weighted ranks about their mean."""
-    from scipy.stats import rankdata
-
-    ranks = rankdata(np.concatenate([first, second]))
-    scores = (ranks - ranks.mean()) / (len(ranks) + 1.0)
-    return scores[: len(first)], scores[len(first) :]
-
-
-def _shuffled(first: np.ndarray, second: np.ndarray, alternative: Alternative) -> float:
-    """Share of shuffles whose first sum is as extreme as the one seen."""
-    generator = np.random.default_rng(19600101)
-    scores = np.concatenate([first, second])
-    table = np.broadcast_to(scores, (SHUFFLES, len(scores)))
-    sums = generator.permuted(table, axis=1)[:, : len(first)].sum(axis=1)
-    seen, rounding = float(np.sum(first)), 1e-9
-    less = (1 + np.sum(sums <= seen + rounding)) / (1 + SHUFFLES)
-    greater = (1 + np.sum(sums >= seen - rounding)) / (1 + SHUFFLES)
-    tails = {"less": less, "greater": greater, "two-sided": min(2.0 * min(less, greater), 1.0)}
-    return float(tails[alternative])

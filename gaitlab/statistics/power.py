@@ -3,20 +3,23 @@
 References:
     Connor1987: Connor, Sample size for testing differences in proportions for the paired-sample
         design, Biometrics, 1987.
+    CornishFisher1938: Cornish and Fisher, Moments and cumulants in the specification of
+        distributions, Revue de l'Institut International de Statistique, 1938.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import ceil, inf, sqrt
+from dataclasses import dataclass
+from math import ceil, comb, inf, sqrt
 
 import numpy as np
 
-from gaitlab.statistics.proportions import Count
-
 POWER = 0.8  # chance to find what is there
 LEVEL = 0.05  # two-sided
-STEPS = 30  # of a bisection; differences of shares to 1e-9
+STEPS = 10  # of a bisection; drops of a share to 0.001
+FARTHEST = 20.0  # shift, in standard deviations of a cell; what needs more is not told
+TINY = 1e-12  # below any difference of counts
+DRAWS = 500  # pairs of runs; their power scatters by 2 points
 
 
 def pairs_for_shares(discordant: float, difference: float, level: float = LEVEL) -> float:
@@ -56,51 +59,146 @@ def values_for_mean(deviation: float, difference: float, level: float = LEVEL) -
     return float(max(ceil(((alpha + beta) * deviation / difference) ** 2), 2))
 
 
-def detectable_mean(deviation: float, n: float, level: float) -> float:
-    """Smallest mean that n values with this deviation tell from 0, one-sided."""
-    return float(sum(_quantiles(level)) * deviation / sqrt(n)) if n else inf
+def detectable_shift(
+    scatter: np.ndarray, clusters: int, level: float, *, paired: bool = True
+) -> float:
+    """Smallest shift, alike in all cells, that a test over clusters would show, one-sided.
+
+    Whole clusters are drawn again, so what a cluster shares, and in how many cells it has a value,
+    stays together. Each cell is divided by its root mean square, as the sums of `sign_flip` are.
+
+    Args:
+        scatter: Values about the mean of their cell, NaN where there is none; differences of pairs
+            if `paired`. Shape (clusters, cells).
+        clusters: Of a run, and of each of the two if they are not paired.
+        level: Chance of a false alarm.
+        paired: Whether `sign_flip` tests pairs of clusters, or clusters are shuffled.
+
+    Returns:
+        In the unit of the values; infinite when no shift whatever would be told.
+    """
+    size = np.sqrt(np.nanmean(scatter**2, axis=0))
+    rng = np.random.default_rng(19350102)
+    rows = scatter[rng.integers(0, len(scatter), (DRAWS, 2, clusters))]
+    rows *= sqrt(len(scatter) / max(len(scatter) - 1.0, 1.0))  # about an estimated mean
+
+    def shows(shift: float) -> bool:
+        weights = 1.0 / np.hypot(size, shift)
+        moved = np.nansum((rows[:, 0] + shift) * weights, axis=2)
+        if paired:
+            return bool(np.mean(_flips(moved, level)) >= POWER)
+        other = np.nansum(rows[:, 1] * weights, axis=2)
+        return bool(np.mean(_shuffles(moved, other, level)) >= POWER)
+
+    top = FARTHEST * float(np.max(size))
+    if not top or not shows(top):
+        return inf
+    low, high = 0.0, top
+    for _ in range(STEPS + 5):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if shows(middle) else (middle, high)
+    return high
 
 
-def detectable_drop(cells: Sequence[Count], level: float) -> float:
-    """Smallest drop of the stable share that two runs of these cells would show, one-sided.
+def detectable_drop(
+    outcomes: np.ndarray, clusters: int, level: float, *, paired: bool = True
+) -> float:
+    """Smallest drop of the stable share that a test over clusters would show, one-sided.
 
-    Every cell loses the same share, or all that it has; the runs are as independent as with fresh
-    seeds. Each cell's share is taken as (k + 1/2) / (n + 1), so that none is certain.
+    Every cell loses the same share, or all that it has. Two runs are drawn, each from whole
+    clusters of the outcomes, as if none of tonight's were known, so what a cluster shares stays
+    together; then stable trials of the second are lost. Each cell's share is drawn as
+    (k + 1/2) / (n + 1), so that none is certain.
+
+    Args:
+        outcomes: 1 for a stable trial, 0 for another, NaN for none. Shape (clusters, cells).
+        clusters: Of each of the two runs.
+        level: Chance of a false alarm.
+        paired: Whether `sign_flip` tests pairs of clusters, or clusters are shuffled.
 
     Returns:
         Drop of the mean share over the cells' trials, in (0, 1]; infinite when even the loss of
         everything would not show.
     """
-    if not _shows(cells, 1.0, level):
+    drawn = _Runs.draw(outcomes, clusters)
+    possible = 2**clusters if paired else comb(2 * clusters, clusters)
+    if possible < 1.0 / level or not drawn.show(1.0, level, paired):
         return inf
     low, high = 0.0, 1.0
     for _ in range(STEPS):
         middle = (low + high) / 2.0
-        low, high = (low, middle) if _shows(cells, middle, level) else (middle, high)
-    return _mean_drop(cells, high)
+        low, high = (low, middle) if drawn.show(middle, level, paired) else (middle, high)
+    return float(np.sum(drawn.weights * np.minimum(drawn.shares, high)))
 
 
-def _shows(cells: Sequence[Count], drop: float, level: float) -> bool:
-    """Whether a drop in every cell is found with the wanted power; discordant pairs, as normal."""
-    alpha, beta = _quantiles(level)
-    before, after, n = _shares(cells, drop)
-    lost, won = before * (1.0 - after), after * (1.0 - before)
-    gap = float(np.sum(n * (lost - won)))
-    null = sqrt(float(np.sum(n * (lost + won))))
-    true = sqrt(float(np.sum(n * (lost + won - (lost - won) ** 2))))
-    return gap >= alpha * null + beta * true
+@dataclass(frozen=True)
+class _Runs:
+    """Two runs of the same cells, drawn many times.
+
+    Attributes:
+        before: Outcomes. Shape (draws, clusters, cells).
+        tonight: The same of the second run, before anything is lost.
+        luck: Number in (0, 1] of each of its trials; the smallest are lost first.
+        shares: Stable share of each cell. Shape (cells,).
+        weights: Share of the trials that are in each cell. Shape (cells,).
+    """
+
+    before: np.ndarray
+    tonight: np.ndarray
+    luck: np.ndarray
+    shares: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def draw(cls, outcomes: np.ndarray, clusters: int) -> _Runs:
+        rng = np.random.default_rng(19620301)
+        n = np.maximum(np.sum(np.isfinite(outcomes), axis=0), 1)
+        shares = (np.nansum(outcomes, axis=0) + 0.5) / (n + 1.0)
+        before, tonight = (_redrawn(outcomes, n, clusters, rng) for _ in range(2))
+        return cls(before, tonight, 1.0 - rng.random(tonight.shape), shares, n / np.sum(n))
+
+    def show(self, drop: float, level: float, paired: bool) -> bool:
+        """Whether a drop in every cell is found with the wanted power."""
+        lost = self.luck <= np.minimum(drop / self.shares, 1.0)
+        before = np.nansum(self.before, axis=2)
+        tonight = np.nansum(np.where(lost, 0.0, self.tonight), axis=2)
+        found = _flips(before - tonight, level) if paired else _shuffles(before, tonight, level)
+        return bool(np.mean(found) >= POWER)
 
 
-def _mean_drop(cells: Sequence[Count], drop: float) -> float:
-    before, after, n = _shares(cells, drop)
-    return float(np.sum(n * (before - after)) / np.sum(n))
+def _redrawn(
+    outcomes: np.ndarray, n: np.ndarray, clusters: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Whole clusters drawn again, one trial in n + 1 of a cell tossed like a coin."""
+    rows = outcomes[rng.integers(0, len(outcomes), (DRAWS, clusters))]
+    tossed = (rng.random(rows.shape) < 1.0 / (n + 1.0)) & np.isfinite(rows)
+    return np.where(tossed, rng.integers(0, 2, rows.shape), rows)
 
 
-def _shares(cells: Sequence[Count], drop: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Share before, share after and trials of each cell. Shapes (cells,)."""
-    successes, n = np.array(cells, dtype=float).reshape(-1, 2).T
-    before = (successes + 0.5) / (n + 1.0)
-    return before, np.maximum(before - drop, 0.0), n
+def _critical(level: float, peaked: np.ndarray | float) -> np.ndarray:
+    """Sum over the root of the sum of squares that `sign_flip` asks for, [CornishFisher1938].
+
+    Under random signs the sum's excess kurtosis is -2 times the sum of fourth powers over the
+    square of the sum of squares, `peaked`.
+    """
+    z = _quantiles(level)[0]
+    return np.asarray(z - 2.0 * np.asarray(peaked) * (z**3 - 3.0 * z) / 24.0)
+
+
+def _flips(losses: np.ndarray, level: float) -> np.ndarray:
+    """Whether `sign_flip` finds each run's losses. Shape (draws, clusters) to (draws,)."""
+    squares = np.maximum(np.sum(losses**2, axis=1), TINY)
+    critical = _critical(level, np.sum(losses**4, axis=1) / squares**2)
+    smallest = 0.5 ** np.sum(losses != 0.0, axis=1)
+    return (np.sum(losses, axis=1) >= critical * np.sqrt(squares)) & (smallest <= level)
+
+
+def _shuffles(before: np.ndarray, tonight: np.ndarray, level: float) -> np.ndarray:
+    """Whether shuffled clusters find each run's losses. Shapes (draws, clusters) to (draws,)."""
+    both, n = np.concatenate([before, tonight], axis=1), before.shape[1]
+    scatter = np.maximum(np.var(both, axis=1, ddof=1), TINY)
+    seen = np.mean(before, axis=1) - np.mean(tonight, axis=1)
+    return np.asarray(seen >= _quantiles(level)[0] * np.sqrt(2.0 * scatter / n))
 
 
 def _quantiles(tail: float) -> tuple[float, float]:

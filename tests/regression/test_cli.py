@@ -67,26 +67,26 @@ def other_night(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 def test_nothing_changed_is_exit_0_and_walks_nothing_twice(based):
     done = based(*CHECK)
     assert done.code == 0
-    assert "Nothing changed, bit for bit, in 48 trials" in done.out
-    assert "48 cached" in done.err
+    assert "Nothing changed, bit for bit, in 60 trials" in done.out
+    assert "60 cached" in done.err
 
 
 def test_an_empty_store_is_walked_first(based):
     done = based(*CHECK, "--store", "fresh")
     assert done.code == 0
     assert "bit for bit" in done.out
-    assert len(Store(Path("fresh")).states()) == 48
+    assert len(Store(Path("fresh")).states()) == 60
 
 
 def test_the_walks_of_other_code_are_walked_again(based, other_night):
     other_night(7)
     done = based(*CHECK)
-    assert "48 trials in data came from other code: walked again" in done.err
+    assert "60 trials in data came from other code: walked again" in done.err
     assert done.code == 0
-    assert "Other bits in 48 of 48 trials" in done.out
+    assert "Other bits in 60 of 60 trials" in done.out
     assert "code: " in done.out
     again = based(*CHECK)
-    assert "48 cached" in again.err
+    assert "60 cached" in again.err
     assert "walked again" not in again.err
     assert again.out == done.out
 
@@ -116,8 +116,8 @@ def test_json_says_the_same_in_one_object(based, other_night):
 
 
 def test_seeds_beyond_the_baselines_are_left_out_and_fewer_are_paired(based):
-    more = based(*CHECK, "--seeds", "13")
-    assert (more.code, "in 48 trials" in more.out) == (0, True)
+    more = based(*CHECK, "--seeds", "16")
+    assert (more.code, "in 60 trials" in more.out) == (0, True)
     fewer = based(*CHECK, "--seeds", "5")
     assert (fewer.code, "in 20 trials" in fewer.out) == (0, True)
 
@@ -179,7 +179,7 @@ def test_failed_trials_are_exit_6_with_their_reason(based, other_night):
     other_night(7, fail=2)
     done = based(*CHECK)
     assert done.code == 6
-    assert "2 of 48 trials of edge failed" in done.out
+    assert "2 of 60 trials of edge failed" in done.out
 
 
 def test_failed_trials_are_tried_again_the_next_time(based, other_night):
@@ -200,7 +200,7 @@ def test_failed_trials_are_tried_again_the_next_time(based, other_night):
         (("baseline", EDGE), 2, "--output"),
         (("baseline", EDGE, "--output", "."), 2, "folder"),
         (("baseline", EDGE, "--output", "c.json", "--store", "empty"), 6, "gaitlab run"),
-        (("baseline", EDGE, "--output", "c.json", "--seeds", "13"), 6, "4 of 52 trials"),
+        (("baseline", EDGE, "--output", "c.json", "--seeds", "16"), 6, "4 of 64 trials"),
     ],
 )
 def test_mistakes_get_a_message_and_no_traceback(based, arguments, code, message):
@@ -228,6 +228,64 @@ def test_a_baseline_as_good_replaces_the_old_one(based, other_night):
     assert based(*CHECK).code == 0
     assert based("baseline", EDGE, "--output", "b.json").code == 0
     assert "bit for bit" in based(*CHECK).out
+
+
+def facts(done: Printed) -> dict:
+    """The JSON object of a check."""
+    return json.loads(done.out)
+
+
+TALLY = {"stable", "fell", "out_of_reach", "n"}
+
+
+def test_the_first_line_counts_falls_and_other_bits_whatever_was_decided(based, other_night):
+    before = facts(based(*CHECK, "--json"))["falls"]["before"]
+    assert f"{before['fell']} of 60" in based(*CHECK).out.splitlines()[0]
+    other_night(7)
+    first = based(*CHECK).out.splitlines()[0]
+    assert "other bits in 60 of 60" in first
+    assert f"{before['fell']} of 60" in first
+
+
+def test_json_counts_falls_of_all_and_of_each_cell(based, other_night):
+    other_night(7, share=0.2)
+    found = facts(based(*CHECK, "--json"))
+    assert (found["equal_ids"], len(found["other_bits"])) == (60, 60)
+    for side in ("before", "tonight"):
+        total, cells = found["falls"][side], [each[side] for each in found["falls"]["cells"]]
+        assert set(total) == TALLY
+        assert {name: sum(cell[name] for cell in cells) for name in TALLY} == total
+    assert found["falls"]["tonight"]["fell"] > found["falls"]["before"]["fell"]
+
+
+def test_failed_trials_leave_the_falls_of_the_others_on_the_page(based, other_night):
+    other_night(7, share=0.0, fail=2)
+    done = based(*CHECK)
+    assert done.code == 6
+    assert "58 of 58" in done.out.splitlines()[0]
+    other_night(8, share=0.0, fail=2)
+    found = facts(based(*CHECK, "--json"))
+    assert (found["verdict"], found["falls"]["tonight"]["n"]) == ("undecided", 58)
+    assert len(found["other_bits"]) == 58
+
+
+def test_nothing_walked_still_tells_the_falls_of_the_baseline(based):
+    found = facts(based(*CHECK, "--json", "--set", "seeds=[100]", "--store", "fresh"))
+    assert (found["exit_code"], found["falls"]["before"]["n"]) == (6, 60)
+    assert found["falls"]["tonight"] is None
+    fell = found["falls"]["before"]["fell"]
+    page = based(*CHECK, "--set", "seeds=[100]", "--store", "fresh").out
+    assert f"{fell} of 60" in page.splitlines()[0]
+
+
+def test_every_answer_has_the_same_keys(based, other_night):
+    exact = facts(based(*CHECK, "--json"))
+    none = facts(based("check", EDGE, "--baseline", "none.json", "--json"))
+    other_night(7, share=0.2)
+    worse = facts(based(*CHECK, "--json"))
+    assert set(exact) == set(none) == set(worse)
+    assert (exact["reason"], worse["reason"]) == (None, None)
+    assert none["falls"] == {"before": None, "tonight": None, "cells": []}
 
 
 def test_no_other_file_is_taken_for_an_old_baseline(based):
