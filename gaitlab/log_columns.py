@@ -36,6 +36,7 @@ _BODY = (
     Column("support", "-", "feet on the ground: 0 none, 1 left, 2 right, 3 both", "int8"),
     Column("fall_cause", "-", "0 upright, 1 tilt, 2 body contact, 3 low trunk", "int8"),
     Column("body_contact", "-", "a link other than a foot touches the base", "bool"),
+    Column("feet_gap", "m", "smallest gap of the two lower legs, negative where they overlap"),
     *(Column(f"trunk_{a}", "m", "origin of the trunk link frame") for a in "xyz"),
     *(Column(f"trunk_q{a}", "-", "quaternion of the trunk link frame") for a in "xyzw"),
     Column("roll", "rad", "trunk roll, positive leans right"),

@@ -6,7 +6,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import sqrt
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -19,6 +19,7 @@ from gaitlab.soles import SUPPORT_RADIUS, Sole
 # A URDF must state both. The servo's law bounds torque and speed, so these bind no servo it knows.
 EFFORT = 1000.0  # N m
 VELOCITY = 100.0  # rad/s
+SHELL = "_shell"  # behind the name of the link that it belongs to
 
 _AXES = {
     **{"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"},
@@ -34,6 +35,7 @@ def urdf(
     effort: float = EFFORT,
     velocity: float = VELOCITY,
     on_gantry: bool = False,
+    shells: Mapping[str, Box] | None = None,
 ) -> str:
     """URDF of a robot whose links are boxes and whose feet stand on small spheres, [URDF].
 
@@ -47,6 +49,8 @@ def urdf(
         effort: Torque limit written to every joint, in [N m].
         velocity: Speed limit written to every joint, in [rad/s].
         on_gantry: Hang the trunk on a massless rig that slides along x and z and pitches.
+        shells: Boxes for contact with other links, by the link that each is fixed to; a foot's own
+            balls touch nothing but the ground.
 
     Raises:
         ValueError: If a foot is no link of the tree.
@@ -62,8 +66,26 @@ def urdf(
         _add_link(robot, link, supports)
         if link.joint is not None:
             _add_joint(robot, link, link.joint, effort, velocity)
+    for name, box in (shells or {}).items():
+        _add_shell(robot, name, box)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _add_shell(robot: Element, link: str, box: Box) -> None:
+    """A massless link that is fixed to another and has a box around that one."""
+    shell = SubElement(robot, "link", name=f"{link}{SHELL}")
+    _add_no_inertia(shell)
+    _add_box(shell, "collision", box)
+    joint = SubElement(robot, "joint", name=f"{link}{SHELL}", type="fixed")
+    SubElement(joint, "parent", link=link)
+    SubElement(joint, "child", link=f"{link}{SHELL}")
+
+
+def _add_no_inertia(link: Element) -> None:
+    inertial = SubElement(link, "inertial")
+    SubElement(inertial, "mass", value="0.0")
+    SubElement(inertial, "inertia", {f"i{a}": "0.0" for a in ("xx", "xy", "xz", "yy", "yz", "zz")})
 
 
 def _add_gantry(robot: Element, trunk: str) -> None:
@@ -72,11 +94,7 @@ def _add_gantry(robot: Element, trunk: str) -> None:
     joints = [("gantry_x", "prismatic", "x"), ("gantry_z", "prismatic", "z")]
     joints.append((GANTRY_PITCH, "continuous", "y"))
     for name in names[:-1]:
-        inertial = SubElement(SubElement(robot, "link", name=name), "inertial")
-        SubElement(inertial, "mass", value="0.0")
-        SubElement(
-            inertial, "inertia", {f"i{a}": "0.0" for a in ("xx", "xy", "xz", "yy", "yz", "zz")}
-        )
+        _add_no_inertia(SubElement(robot, "link", name=name))
     for (name, kind, axis), parent, child in zip(joints, names, names[1:], strict=False):
         element = SubElement(robot, "joint", name=name, type=kind)
         SubElement(element, "parent", link=parent)

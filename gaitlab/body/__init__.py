@@ -2,7 +2,14 @@
 
 from gaitlab.body.limits import ROUNDING, both_legs, require_limits
 from gaitlab.body.links import Axis, Box, Coupling, Joint, Link, Part, limb
-from gaitlab.body.robot import GANTRY_PITCH, Gantry, Robot, couplings_of, gantry_of
+from gaitlab.body.robot import (
+    GANTRY_PITCH,
+    Gantry,
+    Robot,
+    couplings_of,
+    gantry_of,
+    self_collision_of,
+)
 from gaitlab.body.start import Start, standing
 from gaitlab.body.tree import LinkPoses, Tree
 
@@ -25,5 +32,6 @@ __all__ = [
     "gantry_of",
     "limb",
     "require_limits",
+    "self_collision_of",
     "standing",
 ]

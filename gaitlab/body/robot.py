@@ -18,10 +18,12 @@ GANTRY_PITCH = "gantry_pitch"  # what the joint is called that lets the trunk pi
 class Robot(Protocol):
     """A robot: a frozen dataclass called `Robot` in a file of its own in `gaitlab/robots`.
 
-    It may have two more members. `couplings`, a tuple of `Coupling`, ties joints together; a joint
-    that only follows has no servo. `gantry` is a rig that helps the robot to stand: `planar` holds
-    it against lateral motion, roll and yaw, `level` against pitch too, and the log then carries
-    the rig's joint `gantry_pitch`, whose torque is the balancing moment that the rig supplied.
+    It may have three more members. With `self_collision` true, arms, trunk and thighs collide with
+    each other too, and not just the two lower legs. `couplings`, a tuple of `Coupling`, ties joints
+    together; a joint that only follows has no servo. `gantry` is a rig that helps the robot to
+    stand: `planar` holds it against lateral motion, roll and yaw, `level` against pitch too, and
+    the log then carries the rig's joint `gantry_pitch`, whose torque is the balancing moment that
+    the rig supplied.
     """
 
     @property
@@ -56,6 +58,11 @@ def couplings_of(robot: Robot) -> tuple[Coupling, ...]:
     """Gears and belts of a robot; most have none."""
     couplings: tuple[Coupling, ...] = getattr(robot, "couplings", ())
     return couplings
+
+
+def self_collision_of(robot: Robot) -> bool:
+    """Whether links other than the lower legs collide with each other; most robots leave it off."""
+    return bool(getattr(robot, "self_collision", False))
 
 
 def gantry_of(robot: Robot) -> Gantry:

@@ -17,13 +17,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.body import Robot, gantry_of
+from gaitlab.body import Robot, gantry_of, self_collision_of
+from gaitlab.body.clearance import apart_at_zero, lower_legs, shape_of
 from gaitlab.errors import GaitlabError
 from gaitlab.log import GRAVITY
 from gaitlab.settings import EngineSettings
-from gaitlab.urdf import urdf
+from gaitlab.urdf import SHELL, urdf
 
 STDOUT, STDERR = 1, 2
+# Group of a link and the groups that it meets; planes are in the first or second of Bullet's own.
+GROUND = 0b11
+OTHERS, LEFT, RIGHT = (0b100, GROUND), (0b1000, GROUND | 0b10000), (0b10000, GROUND | 0b1000)
 MASS_TOLERANCE = 1e-6  # kg; Bullet has to carry exactly the mass that the robot states
 
 
@@ -99,14 +103,42 @@ def _load(client: BulletClient, robot: Robot) -> int:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{robot.name}.urdf"
         hung = gantry_of(robot) != "none"
-        text = urdf(robot.tree, robot.sole, robot.feet, on_gantry=hung)
+        tree = robot.tree
+        shells = {foot: shape_of(robot, tree.index(foot)) for foot in robot.feet}
+        text = urdf(tree, robot.sole, robot.feet, on_gantry=hung, shells=shells)
         file.write_text(text, encoding="utf-8")
-        flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+        # Without the second flag no link of a body ever meets another, whatever its groups say.
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION
         body = int(client.loadURDF(str(file), flags=flags, useFixedBase=hung))
     mass = sum(client.getDynamicsInfo(body, link)[0] for link in links(client, body))
     if abs(mass - robot.tree.mass) > MASS_TOLERANCE:
         raise GaitlabError(f"Bullet loaded {mass} kg, the robot has {robot.tree.mass} kg")
     return body
+
+
+def let_legs_meet(client: BulletClient, body: int, robot: Robot, found: Indices) -> None:
+    """Which links of a robot meet: its lower legs each other, and all but the shells the ground.
+
+    With the robot's option `self_collision` also any two links that are apart when all joints are
+    at zero.
+    """
+    legs, tree = lower_legs(robot), robot.tree
+    # The trunk is the base, or what the gantry's last joint carries.
+    index = {link.name: found.link.get(link.name, -1) for link in tree.links}
+    meets = {index[link.name]: OTHERS for link in tree.links}
+    for own, leg in ((LEFT, legs.left), (RIGHT, legs.right)):
+        for name in (tree.links[k].name for k in leg):
+            meets[found.link[f"{name}{SHELL}"] if name in robot.feet else index[name]] = own
+    shells = {found.link[f"{foot}{SHELL}"] for foot in robot.feet}
+    for link in links(client, body):
+        group, mask = meets.get(link, (OTHERS[0], 0))
+        mask = mask & ~GROUND if link in shells else mask
+        client.setCollisionFilterGroupMask(body, link, group, mask)
+    if not self_collision_of(robot):
+        return
+    for first, second in apart_at_zero(robot):
+        pair = (index[tree.links[first].name], index[tree.links[second].name])
+        client.setCollisionFilterPair(body, body, *pair, 1)
 
 
 class Indices(NamedTuple):

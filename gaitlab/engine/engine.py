@@ -17,6 +17,7 @@ from gaitlab.engine.bullet import (
     add_plane,
     add_robot,
     indices,
+    let_legs_meet,
     mobility,
     new_world,
 )
@@ -44,8 +45,9 @@ class TickState(NamedTuple):
         spin: Angular velocity of the trunk, world frame, in [rad/s].
         joints: Position [rad], velocity [rad/s] and torque [N m] of each joint, the pitch of a
             gantry last. Shape (3, joints).
-        contacts: Bullet's contact points, as its getContactPoints returns them. The robot is
-            body A: link in field 3, point in 5, normal force up in 9, friction on it in 10 to 13.
+        contacts: Bullet's contact points with the ground, as its getContactPoints returns them. The
+            robot is body A: link in field 3, point in 5, normal force up in 9, friction on it in 10
+            to 13.
     """
 
     position: tuple[float, float, float]
@@ -90,6 +92,7 @@ class Engine:
         add_plane(self._client, 0.0)
         self._body = add_robot(self._client, robot, self._friction(surface, spread))
         found = indices(self._client, self._body)
+        let_legs_meet(self._client, self._body, robot, found)
         self._find(robot, found)
         kind = gantry_of(robot)
         self._rig = None if kind == "none" else Rig(self._client, self._body, found, kind)
@@ -206,7 +209,8 @@ class Engine:
 
     def state(self) -> TickState:
         """The world as it is now."""
-        joints, contacts = self._read_joints(), self._contact_points(self._body)
+        joints, body = self._read_joints(), self._body
+        contacts = [point for point in self._contact_points(body) if point[2] != body]
         if self._rig is not None:
             return TickState(*self._rig.trunk(), joints, contacts)
         position, quaternion = self._base_pose(self._body)

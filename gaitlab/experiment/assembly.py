@@ -7,6 +7,7 @@ from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+from gaitlab.body.clearance import require_own_space
 from gaitlab.commands import require_playable
 from gaitlab.documents import Node, build, check, checked, collected
 from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
@@ -68,6 +69,7 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
         spread=sections.spread,
     )
     servos = checked(sections.servo or sections.robot, lambda: parts.servos({}))
+    checked(sections.robot, lambda: require_own_space(parts.robot))
     checked(sections.gait, lambda: require_playable(parts.gait, parts.robot, servos))
     checked(sections.balance or sections.robot, lambda: parts.try_out("balance", {}))
     return parts

@@ -60,6 +60,11 @@ LIMITS_DEG = {
 TREAD = 0.012  # m, thickness of the foot plate
 
 
+# The foot of a real robot of this size, 51 cm and 3.1 kg: its sole is 127 x 80 mm with its centre
+# 12.5 mm outside the ankle, so that 15 mm stay free between soles under hips 70 mm apart. EROS'
+# hips are 84 mm apart, as DARwIn-OP's scaled to its height, and 29 mm are free: a robot whose soles
+# lag and roll by 20 mm, as these do, could not walk on less.
+_OP3 = "assumption: ROBOTIS OP3, the mesh of the foot in its published description"
 _FOOT = "assumption: a foot in proportion to the height"
 _TALL = "assumption: the parts add up to the published 52 cm"
 
@@ -72,7 +77,10 @@ class ErosSole(Sole):
         0.125, unit="m", low=0.02, high=0.4, doc="sole along x of the foot", source=_FOOT
     )
     width: float = parameter(
-        0.080, unit="m", low=0.02, high=0.3, doc="sole along y of the foot", source=_FOOT
+        0.080, unit="m", low=0.02, high=0.3, doc="sole along y of the foot", source=_OP3
+    )
+    outward: float = parameter(
+        0.0125, unit="m", low=-0.05, high=0.05, doc="sole's centre outside the ankle", source=_OP3
     )
     heel: float = parameter(
         0.055, unit="m", low=0.0, high=0.3, doc="ankle axis to the heel edge", source=_FOOT
@@ -149,6 +157,12 @@ class Robot:
         high=20.0,
         doc="mass of the robot, over all links in fixed shares",
         source="assumption: another EROS of 56 cm weighs 3.8 kg; try 3.0 to 4.0",
+    )
+    self_collision: bool = parameter(
+        False,
+        unit="-",
+        doc="whether arms, trunk and thighs collide too; the two lower legs always do",
+        source="assumption: they do not meet in a walk",
     )
     leg: LegGeometry = field(default_factory=LegGeometry)
     sole: ErosSole = field(default_factory=ErosSole)
@@ -236,7 +250,7 @@ class Robot:
     def _leg_links(self, side: Side) -> Iterator[Link]:
         part, sole, thigh, shank = self._part, self.sole, self.leg.thigh, self.leg.shank
         hip = (0.0, _mirrored(self.leg.hip_spacing, side), -self.leg.hip_drop)
-        x, y, z = sole.centre
+        x, y, z = sole.centre_of(SIDES.index(side))
         upper, lower = (0.045, 0.048, 0.85 * thigh), (0.040, 0.045, 0.80 * shank)
         tread = (sole.length, sole.width, TREAD)
         parts = (

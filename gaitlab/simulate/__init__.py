@@ -14,6 +14,7 @@ from gaitlab.body import (
     gantry_of,
     standing,
 )
+from gaitlab.body.clearance import require_apart
 from gaitlab.commands import joint_commands
 from gaitlab.engine import Engine, TickState
 from gaitlab.errors import GaitlabError, Infeasible
@@ -49,6 +50,7 @@ def simulate(trial: Trial) -> TrialLog:
     require_feet(feet, ticks)
     header = replace(header, first_step_time=first_step(feet) * header.dt)
     targets = joint_commands(trial.robot, feet)
+    require_apart(trial.robot, targets, header.dt)
     with engine_for(trial, feet) as engine:
         recording = Recording(len(targets), len(header.joints), engine.feet)
         loop = loop_of(trial, feet, targets)

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from gaitlab.body import LinkPoses, Robot, couplings_of
+from gaitlab.body.clearance import legs_gap
 from gaitlab.kinematics.fsr import sensor_loads
 from gaitlab.kinematics.polygon import support_margin
 from gaitlab.kinematics.transforms import quaternion_of, roll_pitch_yaw, rotation_of
@@ -48,6 +49,7 @@ def log_of(
         "support": loaded @ np.array([1, 2]),
         "fall_cause": recording.fall_cause[:n],
         "body_contact": recording.body_contact[:n],
+        "feet_gap": legs_gap(robot, poses),
         **_trunk_columns(recording, robot, poses),
         **_zmp_columns(contacts, robot, poses, loaded),
         **soles,

@@ -78,8 +78,8 @@ class Recording:
         self.plough[k], self.push[k] = plough, push
         for p in state.contacts:
             side = sides.get(p[3])
-            if side is None:
-                body_contact = True
+            if side is None:  # Bullet also lists what is near
+                body_contact = body_contact or p[9] > 0.0
             else:
                 self._points.extend((k, side, *p[5], p[9], *p[7], p[10], *p[11], p[12], *p[13]))
         self.body_contact[k] = body_contact
