@@ -1,14 +1,15 @@
 """The two searches behind the constants of EROS that nobody published.
 
-    python benchmarks/calibration.py gait [--candidates 48]
-    python benchmarks/calibration.py gains [--candidates 24]
+    python benchmarks/calibration.py gait [--candidates 20 --variations 16]
+    python benchmarks/calibration.py gains [--candidates 12 --variations 0]
 
 Both walk on the carpet and the hard floor alone, where a team tunes its robot; no grass is looked
 at. `gait` draws rhythm, stance and servo gain at random for the plain gait. `gains` then draws heel
 strike and landing deceleration for the gait that was found, which both must be in. A candidate
 climbs a ladder of step lengths forward and backward and counts, on each rung, its share of runs
-that stayed up and covered half of the commanded distance. The best four walk as many runs again
-with other seeds, and the largest count over both wins. No prediction uses these seeds.
+that stayed up and covered half of the commanded distance. The best four are varied, the best four of
+all walk as many runs again with other seeds, and the largest count over both wins. No prediction
+uses these seeds.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from multiprocessing import Pool
+from multiprocessing.pool import Pool as PoolOfWorkers
 from typing import NamedTuple
 
 import numpy as np
@@ -39,15 +41,20 @@ FINALISTS = 4
 Candidate = dict[str, float | int | str]  # parameters of the gait, and `position_gain`
 
 
+RANGES = {  # of the plain gait
+    "tick_increment": (np.radians(3.5), np.radians(8.0)),  # rad
+    "lateral_sway": (0.012, 0.045),  # m
+    "step_height": (0.012, 0.04),  # m
+    "hip_height": (0.214, 0.228),  # m
+    "com_offset": (-0.008, 0.015),  # m
+    "trunk_pitch": (0.0, 0.12),  # rad
+}
+SHARE = 0.12  # of its range, the standard deviation of a variation
+
+
 def draw_gait(rng: np.random.Generator) -> Candidate:
     """Rhythm, stance and servo gain of the plain gait; half of the candidates stand upright."""
-    ranges = {
-        "tick_increment": (np.radians(3.5), np.radians(8.0)),
-        "lateral_sway": (0.012, 0.045),
-        "step_height": (0.012, 0.04),
-        "hip_height": (0.214, 0.228),
-        "com_offset": (-0.008, 0.015),
-    }
+    ranges = {name: limits for name, limits in RANGES.items() if name != "trunk_pitch"}
     made: Candidate = {name: round(float(rng.uniform(*r)), 4) for name, r in ranges.items()}
     made["trunk_pitch"] = round(float(rng.choice([0.0, rng.uniform(0.0, 0.12)])), 4)
     made["position_gain"] = float(rng.choice([17.0, 30.0, 45.0, 60.0, 90.0]))  # the factory's up
@@ -63,6 +70,16 @@ def draw_gains(rng: np.random.Generator) -> Candidate:
         "heel_strike": "add",
         "landing_deceleration": "log_tail",
     }
+
+
+def vary(rng: np.random.Generator, made: Candidate) -> Candidate:
+    """A candidate near another one; what is drawn from a list or is a switch stays."""
+    near = dict(made)
+    for name, (low, high) in RANGES.items():
+        if name in made:
+            moved = float(made[name]) + SHARE * (high - low) * rng.standard_normal()
+            near[name] = round(float(np.clip(moved, low, high)), 4)
+    return near
 
 
 SEARCHES: dict[str, Callable[[np.random.Generator], Candidate]] = {
@@ -114,22 +131,30 @@ def climb(base: Trial, runs: tuple[tuple[str, int], ...], patient: bool, made: C
     return Climb(made, shares)
 
 
+def climbs(pool: PoolOfWorkers, base: Trial, candidates: list[Candidate]) -> list[Climb]:
+    """Let candidates climb, print each as it is done; the best last."""
+    tried = []
+    for found in pool.imap(partial(climb, base, SEARCH, False), candidates):
+        tried.append(found)
+        print(json.dumps({"total": round(found.total, 2), **found.made}), flush=True)
+    return sorted(tried, key=lambda each: each.total)
+
+
 def main() -> None:
     """Print every candidate as it is done, then the finalists, the best last."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("search", choices=SEARCHES)
-    parser.add_argument("--candidates", type=int, default=48)
+    parser.add_argument("--candidates", type=int, default=20)
+    parser.add_argument("--variations", type=int, default=16)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     rng = np.random.default_rng(options.seed)
     drawn = [SEARCHES[options.search](rng) for _ in range(options.candidates)]
     base = next(iter(plan(load_experiment("eros_table7")).trials())).trial
     with Pool(2) as pool:
-        tried = []
-        for found in pool.imap(partial(climb, base, SEARCH, False), drawn):
-            tried.append(found)
-            print(json.dumps({"total": round(found.total, 2), **found.made}), flush=True)
-        best = sorted(tried, key=lambda each: each.total)[-FINALISTS:]
+        tried = climbs(pool, base, drawn)
+        near = [vary(rng, tried[-1 - k % FINALISTS].made) for k in range(options.variations)]
+        best = sorted([*tried, *climbs(pool, base, near)], key=lambda each: each.total)[-FINALISTS:]
         again = pool.map(partial(climb, base, FINAL, True), [each.made for each in best])
     both = zip(best, again, strict=True)
     for first, second in sorted(both, key=lambda pair: pair[0].total + pair[1].total):

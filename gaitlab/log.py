@@ -99,7 +99,7 @@ class TrialLog:
         arrays: Column name to array of the column's dtype. Shape (n,) each.
 
     Raises:
-        KeyError: If a column is missing.
+        KeyError: If a column is missing that no older log lacks.
         ValueError: If the columns differ in length.
     """
 
@@ -109,7 +109,10 @@ class TrialLog:
     def __post_init__(self) -> None:
         locked = {}
         for column in columns(self.header.joints):
-            array = np.ascontiguousarray(self.arrays[column.name], dtype=column.dtype)
+            given = self.arrays.get(column.name) if column.late else self.arrays[column.name]
+            if given is None:
+                given = np.full(len(self.arrays["time"]), nan)
+            array = np.ascontiguousarray(given, dtype=column.dtype)
             array.setflags(write=False)
             locked[column.name] = array
         if len({len(array) for array in locked.values()}) != 1:

@@ -21,12 +21,14 @@ class Column(NamedTuple):
         unit: SI unit, `-` for counts, flags and ratios.
         doc: What it holds and in which frame.
         dtype: `float32`, `int8`, `int16` or `bool`.
+        late: Whether logs that were written before there was this column lack it: NaN in those.
     """
 
     name: str
     unit: str
     doc: str
     dtype: str = "float32"
+    late: bool = False
 
 
 _BODY = (
@@ -36,7 +38,9 @@ _BODY = (
     Column("support", "-", "feet on the ground: 0 none, 1 left, 2 right, 3 both", "int8"),
     Column("fall_cause", "-", "0 upright, 1 tilt, 2 body contact, 3 low trunk", "int8"),
     Column("body_contact", "-", "a link other than a foot touches the base", "bool"),
-    Column("feet_gap", "m", "smallest gap of the two lower legs, negative where they overlap"),
+    Column(
+        "feet_gap", "m", "smallest gap of the lower legs, negative where they overlap", late=True
+    ),
     *(Column(f"trunk_{a}", "m", "origin of the trunk link frame") for a in "xyz"),
     *(Column(f"trunk_q{a}", "-", "quaternion of the trunk link frame") for a in "xyzw"),
     Column("roll", "rad", "trunk roll, positive leans right"),

@@ -221,3 +221,12 @@ def test_a_header_is_rebuilt_from_its_data_with_and_without_sensors():
     assert blind.sensors is None
     assert "fsr_positions" not in blind.to_dict()
     assert LogHeader(**blind.to_dict()) == blind
+
+
+def test_a_log_that_was_written_before_a_late_column_has_nan_in_it() -> None:
+    late = {column.name for column in columns(HEADER.joints) if column.late}
+    arrays = {c.name: np.zeros(3) for c in columns(HEADER.joints) if not c.late}
+    log = TrialLog(header=HEADER, arrays=arrays)
+    assert late == {"feet_gap"}
+    assert np.isnan(log["feet_gap"]).all()
+    assert len(log["feet_gap"]) == 3

@@ -129,9 +129,11 @@ def written_sha256(path: Path) -> str:
 
 
 def columns_sha256(log: TrialLog | None) -> str:
-    """SHA-256 of the bytes of all columns, in file order."""
+    """SHA-256 of the bytes of all columns, in file order; one that an older log lacks is left out."""
     digest = hashlib.sha256()
     for column in columns(log.header.joints) if log is not None else ():
+        if column.late and np.isnan(log.arrays[column.name]).all():  # type: ignore[union-attr]
+            continue
         digest.update(column.name.encode())
         digest.update(log.arrays[column.name].data)  # type: ignore[union-attr]
     return digest.hexdigest()
@@ -219,7 +221,9 @@ def _decode_log(path: Path, metadata: dict[bytes, bytes]) -> TrialLog:
     try:
         header = _header(json.loads(metadata[_HEADER]))
         table = _read_table(path)
-        arrays = {c.name: _array(table, c.name, c.dtype) for c in columns(header.joints)}
+        there = set(table.schema.names)
+        present = [c for c in columns(header.joints) if c.name in there or not c.late]
+        arrays = {c.name: _array(table, c.name, c.dtype) for c in present}
     except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
         raise Unreadable(path, "damaged", _short(error)) from error
     return TrialLog(header=header, arrays=arrays)
