@@ -7,9 +7,9 @@ Both walk on the carpet and the hard floor alone, where a team tunes its robot; 
 at. `gait` draws rhythm, stance and servo gain at random for the plain gait. `gains` then draws heel
 strike and landing deceleration for the gait that was found, which both must be in. A candidate
 climbs a ladder of step lengths forward and backward and counts, on each rung, its share of runs
-that stayed up and covered half of the commanded distance. The best four are varied, the best four of
-all walk as many runs again with other seeds, and the largest count over both wins. No prediction
-uses these seeds.
+that stayed up and covered half of the commanded distance. The best four are varied, the best four
+of all walk as many runs again with other seeds, and the largest count over both wins. No
+prediction uses these seeds.
 """
 
 from __future__ import annotations

@@ -48,15 +48,18 @@ def on_hard_floor(trial: Trial) -> tuple[Engine, np.ndarray]:
 
 def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[float]]]:
     """What the servos ask of Bullet at each tick of a walk on the hard floor."""
-    commands = []
+    commands: list[tuple[list[float], list[float]]] = []
     engine, targets = on_hard_floor(trial)
     with engine:
+        motors = engine._motors
+
+        def noted(*which: object, **asked: list[float]) -> None:
+            commands.append((asked["targetVelocities"], asked["forces"]))
+            motors(*which, **asked)
+
+        engine._motors = noted
         for target in targets[:ticks]:
-            commands.append(engine._servos.drive(target, *engine._read_joints()))
-            engine._motors(
-                engine._body, engine._joints, pybullet.VELOCITY_CONTROL,
-                targetVelocities=commands[-1][0], forces=commands[-1][1],
-            )  # fmt: skip
+            engine.command(target)
             engine.step()
     return commands
 

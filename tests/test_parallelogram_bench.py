@@ -10,7 +10,6 @@ from gaitlab.engine.bullet import indices, new_world
 from gaitlab.engine.couplings import add_couplings
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.robots.flow import Robot
-from gaitlab.settings import EngineSettings
 from gaitlab.urdf import urdf
 
 AMPLITUDE, FREQUENCY = 0.3, 1.0  # rad and Hz, of thigh and shank
@@ -22,7 +21,7 @@ ROBOT = Robot(parallelogram="geared")
 
 def largest_pitch(dt: float, folder: Path) -> float:
     """Largest pitch of the left sole against the held pelvis after the start-up, in [rad]."""
-    client = new_world(EngineSettings(dt=dt))
+    client = new_world(dt, 50)
     try:
         file = folder / "flow.urdf"
         file.write_text(urdf(ROBOT.tree, ROBOT.sole, ROBOT.feet))

@@ -26,6 +26,8 @@ from gaitlab.errors import Infeasible, WrongValue
 PLATE = 0.012  # m, thickness of a sole's plate
 KNEE = 0.4  # of the way from hip to ankle, beyond which a leg's links are its lower leg
 TOUCHING = 1e-6  # m, by which commanded boxes may overlap
+APART = 5e-3  # m between links of a robot that are to collide with each other at all
+HALVINGS = 40  # of a metre, to less than a nanometre
 
 
 class LowerLegs(NamedTuple):
@@ -166,24 +168,43 @@ def require_apart(robot: Robot, joints: np.ndarray, dt: float) -> None:
         limb="lower legs",
         tick=tick,
         reason=(
-            f"the gait has them overlap by {-1e3 * gaps[over[0]]:.1f} mm {tick * dt:.2f} s after "
-            f"the start, and by {-1e3 * gaps[worst]:.1f} mm at {instants[worst] * dt:.2f} s; widen "
-            "step_width or the robot's hips, or narrow its soles"
+            f"the gait has them overlap by {_sideways(robot, joints[tick]):.1f} mm {tick * dt:.2f} "
+            f"s after the start, and by {_sideways(robot, joints[instants[worst]]):.1f} mm at "
+            f"{instants[worst] * dt:.2f} s; widen step_width or the hips, or narrow the soles"
         ),
     )
 
 
-def _commanded_gaps(robot: Robot, joints: np.ndarray) -> np.ndarray:
+def _sideways(robot: Robot, joints: np.ndarray) -> float:
+    """By how much a leg of an overlapping pair has to move sideways to be free, in [mm]."""
+    legs, poses = lower_legs(robot), _posed(robot, joints[None])
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        shift, moved = 0.5 * (low + high), poses.position.copy()
+        moved[:, legs.right, 1] -= shift
+        apart = legs_gap(robot, LinkPoses(moved, poses.rotation))[0] >= 0.0
+        low, high = (low, shift) if apart else (shift, high)
+    return 1e3 * high
+
+
+def _posed(robot: Robot, joints: np.ndarray) -> LinkPoses:
+    """Poses of all links for joint positions over time, the trunk at the origin."""
     n = len(joints)
-    poses = robot.tree.poses(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), joints)
-    return legs_gap(robot, poses)
+    return robot.tree.poses(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), joints)
 
 
-def apart_at_zero(robot: Robot) -> list[tuple[int, int]]:
-    """Pairs of links, neither of which carries the other, whose boxes are apart at zero joints."""
-    tree, count = robot.tree, len(robot.tree.links)
-    joints = np.zeros((1, len(tree.joints)))
-    poses = tree.poses(np.zeros((1, 3)), np.eye(3)[None], joints)
+def _commanded_gaps(robot: Robot, joints: np.ndarray) -> np.ndarray:
+    return legs_gap(robot, _posed(robot, joints))
+
+
+def links_apart(robot: Robot, joints: np.ndarray) -> list[tuple[int, int]]:
+    """Pairs of links, neither of which carries the other, whose boxes are apart in a pose.
+
+    Args:
+        robot: The robot.
+        joints: Positions of all joints, in [rad]. Shape (joints,).
+    """
+    tree, count, poses = robot.tree, len(robot.tree.links), _posed(robot, joints[None])
     boxes = [_boxes(robot, [k]) for k in range(count)]
     placed = [
         (np.ascontiguousarray(poses.position[:, [k]]), np.ascontiguousarray(poses.rotation[:, [k]]))
@@ -194,7 +215,7 @@ def apart_at_zero(robot: Robot) -> list[tuple[int, int]]:
         for a in range(count)
         for b in range(a + 1, count)
         if tree.links[b].parent != tree.links[a].name
-        and _gaps(*placed[a], *boxes[a], *placed[b], *boxes[b])[0] > 0.0
+        and _gaps(*placed[a], *boxes[a], *placed[b], *boxes[b])[0] > APART
     ]
 
 
@@ -204,9 +225,10 @@ def require_own_space(robot: Robot) -> None:
     Raises:
         WrongValue: Says by how much.
     """
-    gap = float(_commanded_gaps(robot, np.zeros((1, len(robot.tree.joints))))[0])
-    if gap < -TOUCHING:
+    joints = np.zeros(len(robot.tree.joints))
+    if _commanded_gaps(robot, joints[None])[0] < -TOUCHING:
         raise WrongValue(
-            f"the lower legs of the robot {robot.name!r} overlap by {-1e3 * gap:.1f} mm when it "
-            "stands with all joints at zero; set its hips wider apart or make its soles narrower"
+            f"the lower legs of the robot {robot.name!r} overlap by {_sideways(robot, joints):.1f} "
+            "mm when it stands with all joints at zero; set its hips wider apart or make its soles "
+            "narrower"
         )

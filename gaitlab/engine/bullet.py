@@ -18,10 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitlab.body import Robot, gantry_of, self_collision_of
-from gaitlab.body.clearance import apart_at_zero, lower_legs, shape_of
+from gaitlab.body.clearance import links_apart, lower_legs, shape_of
 from gaitlab.errors import GaitlabError
 from gaitlab.log import GRAVITY
-from gaitlab.settings import EngineSettings
 from gaitlab.urdf import SHELL, urdf
 
 STDOUT, STDERR = 1, 2
@@ -55,14 +54,14 @@ VELOCITY_CONTROL, WORLD_FRAME = pybullet.VELOCITY_CONTROL, pybullet.WORLD_FRAME
 POSITION_CONTROL, JOINT_GEAR = pybullet.POSITION_CONTROL, pybullet.JOINT_GEAR
 
 
-def new_world(settings: EngineSettings) -> BulletClient:
-    """A world of its own with gravity and nothing in it."""
+def new_world(dt: float, solver_iterations: int) -> BulletClient:
+    """A world of its own with gravity and nothing in it; its time step is dt, in [s]."""
     with _quiet(STDOUT):
         client = BulletClient(pybullet.DIRECT)
     client.setGravity(0.0, 0.0, -GRAVITY)
-    client.setTimeStep(settings.dt)
+    client.setTimeStep(dt)
     client.setPhysicsEngineParameter(
-        numSolverIterations=settings.solver_iterations,
+        numSolverIterations=solver_iterations,
         deterministicOverlappingPairs=1,
         enableConeFriction=1,
         enableFileCaching=0,  # files are cached by name otherwise
@@ -116,27 +115,29 @@ def _load(client: BulletClient, robot: Robot) -> int:
     return body
 
 
-def let_legs_meet(client: BulletClient, body: int, robot: Robot, found: Indices) -> None:
+def let_legs_meet(
+    client: BulletClient, body: int, robot: Robot, found: Indices, joints: np.ndarray
+) -> None:
     """Which links of a robot meet: its lower legs each other, and all but the shells the ground.
 
-    With the robot's option `self_collision` also any two links that are apart when all joints are
-    at zero.
+    With the robot's option `self_collision` also any two links that are apart where it starts, at
+    `joints`, in [rad].
     """
     legs, tree = lower_legs(robot), robot.tree
     # The trunk is the base, or what the gantry's last joint carries.
     index = {link.name: found.link.get(link.name, -1) for link in tree.links}
     meets = {index[link.name]: OTHERS for link in tree.links}
-    for own, leg in ((LEFT, legs.left), (RIGHT, legs.right)):
-        for name in (tree.links[k].name for k in leg):
-            meets[found.link[f"{name}{SHELL}"] if name in robot.feet else index[name]] = own
     shells = {found.link[f"{foot}{SHELL}"] for foot in robot.feet}
+    index |= {foot: found.link[f"{foot}{SHELL}"] for foot in robot.feet}
+    for own, leg in ((LEFT, legs.left), (RIGHT, legs.right)):
+        meets |= {index[tree.links[k].name]: own for k in leg}
     for link in links(client, body):
         group, mask = meets.get(link, (OTHERS[0], 0))
         mask = mask & ~GROUND if link in shells else mask
         client.setCollisionFilterGroupMask(body, link, group, mask)
     if not self_collision_of(robot):
         return
-    for first, second in apart_at_zero(robot):
+    for first, second in links_apart(robot, joints):
         pair = (index[tree.links[first].name], index[tree.links[second].name])
         client.setCollisionFilterPair(body, body, *pair, 1)
 

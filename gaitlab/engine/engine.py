@@ -6,6 +6,7 @@ One world is built per trial and thrown away, so that equal trials give equal lo
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,7 @@ from gaitlab.settings import EngineSettings, Spread
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
 NONE = ((0.0, 0.0), (0.0, 0.0))
+LONGEST = 0.002  # s, of a step of Bullet; longer ones let the feedback of a light joint lag too far
 SLOP = 1e-5  # m, by which Bullet lets bodies overlap; put down without it they fall for a tick
 
 
@@ -88,11 +90,13 @@ class Engine:
             seed: Seed of the replicate.
         """
         self._streams = randomness(seed)
-        self._client = new_world(settings)
+        self._steps = ceil(settings.dt / LONGEST - 1e-6)
+        dt = settings.dt / self._steps
+        self._client = new_world(dt, settings.solver_iterations)
         add_plane(self._client, 0.0)
         self._body = add_robot(self._client, robot, self._friction(surface, spread))
         found = indices(self._client, self._body)
-        let_legs_meet(self._client, self._body, robot, found)
+        let_legs_meet(self._client, self._body, robot, found, start.joints)
         self._find(robot, found)
         kind = gantry_of(robot)
         self._rig = None if kind == "none" else Rig(self._client, self._body, found, kind)
@@ -101,12 +105,13 @@ class Engine:
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
         loose = mobility(self._client, self._body, self._joints)
-        self._servos = ServoBank(servos, gain, settings.dt, start.targets[self._driven], loose)
-        self._pile = self._grow(robot, surface, settings, spread)
+        self._servos = ServoBank(servos, gain, dt, start.targets[self._driven], loose)
+        self._pile = self._grow(robot, surface, dt, spread)
         if self._pile is not None:
             sunk = self._pile.settle(robot.tree.mass * GRAVITY)
             self._place(start, lift=sunk - SLOP)
         self._now: np.ndarray | None = None
+        self._target = start.targets[self._driven]
         self._bind()
 
     def __enter__(self) -> Engine:
@@ -155,7 +160,7 @@ class Engine:
         client.resetBasePositionAndOrientation(self._body, centre, turn.tolist())
 
     def _grow(
-        self, robot: Robot, surface: Surface, settings: EngineSettings, spread: Spread
+        self, robot: Robot, surface: Surface, dt: float, spread: Spread
     ) -> PileUnderFeet | None:
         """What stands on the base; a rigid floor is the base itself."""
         if isinstance(surface, SoftLayer):
@@ -168,7 +173,7 @@ class Engine:
             self.feet,
             robot,
             surface,
-            dt=settings.dt,
+            dt=dt,
             irregularity=spread.terrain,
             rng=self._streams.terrain,
         )
@@ -186,8 +191,12 @@ class Engine:
 
     def command(self, target: np.ndarray) -> None:
         """Send targets in [rad] to the servos; each acts after its latency. Shape (joints,)."""
+        self._target = target[self._driven]
+
+    def _drive(self) -> None:
+        """What the servos do in the coming step of Bullet."""
         position, velocity, applied = self._read_joints()[:, self._driven]
-        speed, torque = self._servos.drive(target[self._driven], position, velocity, applied)
+        speed, torque = self._servos.drive(self._target, position, velocity, applied)
         self._motors(
             self._body, self._joints, VELOCITY_CONTROL, targetVelocities=speed, forces=torque
         )
@@ -201,11 +210,16 @@ class Engine:
         return self._now
 
     def step(self) -> None:
-        """Advance by one tick: the pile pushes back, then Bullet solves."""
-        if self._pile is not None:
-            self._pile.press()
-        self._step()
-        self._now = None
+        """Advance by one tick: servos drive, the pile pushes back, then Bullet solves.
+
+        A tick that is longer than servos and contacts can be integrated at is several steps.
+        """
+        for _ in range(self._steps):
+            self._drive()
+            if self._pile is not None:
+                self._pile.press()
+            self._step()
+            self._now = None
 
     def state(self) -> TickState:
         """The world as it is now."""

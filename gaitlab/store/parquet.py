@@ -129,7 +129,7 @@ def written_sha256(path: Path) -> str:
 
 
 def columns_sha256(log: TrialLog | None) -> str:
-    """SHA-256 of the bytes of all columns, in file order; one that an older log lacks is left out."""
+    """SHA-256 of the bytes of all columns, in file order, but for one that an older log lacks."""
     digest = hashlib.sha256()
     for column in columns(log.header.joints) if log is not None else ():
         if column.late and np.isnan(log.arrays[column.name]).all():  # type: ignore[union-attr]

@@ -33,7 +33,6 @@ from gaitlab.servos.bank import ServoBank
 from gaitlab.servos.files import load_servo
 from gaitlab.servos.law import torque_limit
 from gaitlab.servos.servo import Servo
-from gaitlab.settings import EngineSettings
 from gaitlab.simulate import simulate
 from gaitlab.soles import Sole
 from gaitlab.urdf import urdf
@@ -83,7 +82,7 @@ def bench(
         dt: Time step, in [s].
         seconds: How long; long enough for the motor's own time constant when left out.
     """
-    client = new_world(EngineSettings(dt=dt))
+    client = new_world(dt, 50)
     client.setGravity(0.0, 0.0, 0.0)
     size = float(np.sqrt(6.0 * (HELD if held else inertia)))  # of a cube of 1 kg
     joint = Joint(name="joint", axis="y", lower=-1e6, upper=1e6, servo=None)
