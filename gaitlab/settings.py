@@ -17,7 +17,7 @@ class EngineSettings:
         unit="s",
         low=1e-4,
         high=0.01,
-        doc="time step; one tick of the log. Above 0.004 the edges of a pile are softer",
+        doc="time step; one tick of the log. Above 0.002 servos learn their speed too late",
     )
     solver_iterations: int = parameter(
         50, unit="-", low=1, high=1000, doc="iterations of the constraint solver a tick"
@@ -75,7 +75,7 @@ class Spread:
         low=0.0,
         high=0.2,
         source="assumption: 0.5 degrees",
-        doc="initial roll and pitch of the robot, uniform within +- this",
+        doc="initial lean of the legs in roll and pitch, uniform within +- this",
     )
     position: float = parameter(
         0.001,
