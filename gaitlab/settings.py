@@ -75,7 +75,7 @@ class Spread:
         low=0.0,
         high=0.2,
         source="assumption: 0.5 degrees",
-        doc="initial roll and pitch of the robot, uniform within +- this",
+        doc="initial lean of the legs in roll and pitch, uniform within +- this",
     )
     position: float = parameter(
         0.001,
