@@ -17,7 +17,7 @@ class EngineSettings:
         unit="s",
         low=1e-4,
         high=0.01,
-        doc="one tick of the log; the engine steps at most 2 ms, twice in a tick of 4 ms",
+        doc="one tick of the log; several steps of the engine where servos ask for it",
     )
     solver_iterations: int = parameter(
         50, unit="-", low=1, high=1000, doc="iterations of the constraint solver a tick"

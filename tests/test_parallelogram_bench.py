@@ -21,7 +21,8 @@ ROBOT = Robot(parallelogram="geared")
 
 def largest_pitch(dt: float, folder: Path) -> float:
     """Largest pitch of the left sole against the held pelvis after the start-up, in [rad]."""
-    client = new_world(dt, 50)
+    client = new_world(50)
+    client.setTimeStep(dt)
     try:
         file = folder / "flow.urdf"
         file.write_text(urdf(ROBOT.tree, ROBOT.sole, ROBOT.feet))

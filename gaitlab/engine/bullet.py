@@ -54,12 +54,11 @@ VELOCITY_CONTROL, WORLD_FRAME = pybullet.VELOCITY_CONTROL, pybullet.WORLD_FRAME
 POSITION_CONTROL, JOINT_GEAR = pybullet.POSITION_CONTROL, pybullet.JOINT_GEAR
 
 
-def new_world(dt: float, solver_iterations: int) -> BulletClient:
-    """A world of its own with gravity and nothing in it; its time step is dt, in [s]."""
+def new_world(solver_iterations: int) -> BulletClient:
+    """A world of its own with gravity and nothing in it."""
     with _quiet(STDOUT):
         client = BulletClient(pybullet.DIRECT)
     client.setGravity(0.0, 0.0, -GRAVITY)
-    client.setTimeStep(dt)
     client.setPhysicsEngineParameter(
         numSolverIterations=solver_iterations,
         deterministicOverlappingPairs=1,

@@ -6,7 +6,6 @@ One world is built per trial and thrown away, so that equal trials give equal lo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -27,13 +26,12 @@ from gaitlab.engine.gantry import Rig
 from gaitlab.engine.grass import PileUnderFeet, add_layer
 from gaitlab.log import GRAVITY
 from gaitlab.randomness import randomness
-from gaitlab.servos.bank import ServoBank, unequally_late
+from gaitlab.servos.bank import ServoBank, steps_in, unequally_late
 from gaitlab.servos.servo import Servo
 from gaitlab.settings import EngineSettings, Spread
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
 NONE = ((0.0, 0.0), (0.0, 0.0))
-LONGEST = 0.002  # s, of a step of Bullet; longer ones let the feedback of a light joint lag too far
 SLOP = 1e-5  # m, by which Bullet lets bodies overlap; put down without it they fall for a tick
 
 
@@ -90,9 +88,7 @@ class Engine:
             seed: Seed of the replicate.
         """
         self._streams = randomness(seed)
-        self._steps = ceil(settings.dt / LONGEST - 1e-6)
-        dt = settings.dt / self._steps
-        self._client = new_world(dt, settings.solver_iterations)
+        self._client = new_world(settings.solver_iterations)
         add_plane(self._client, 0.0)
         self._body = add_robot(self._client, robot, self._friction(surface, spread))
         found = indices(self._client, self._body)
@@ -105,6 +101,9 @@ class Engine:
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
         loose = mobility(self._client, self._body, self._joints)
+        self._steps = steps_in(servos, loose, self._leg_joints(robot), settings.dt)
+        dt = settings.dt / self._steps
+        self._client.setTimeStep(dt)
         self._servos = ServoBank(servos, gain, dt, start.targets[self._driven], loose)
         self._pile = self._grow(robot, surface, dt, spread)
         if self._pile is not None:
@@ -112,6 +111,7 @@ class Engine:
             self._place(start, lift=sunk - SLOP)
         self._now: np.ndarray | None = None
         self._target = start.targets[self._driven]
+        self._spent: np.ndarray | float = 0.0
         self._bind()
 
     def __enter__(self) -> Engine:
@@ -139,6 +139,17 @@ class Engine:
         self._joints = [self._all_joints[k] for k in driven]
         every = len(driven) == len(self._all_joints) and gantry_of(robot) == "none"
         self._driven: slice | np.ndarray = slice(None) if every else driven
+
+    def _leg_joints(self, robot: Robot) -> list[int]:
+        """Which of the driven joints carry the feet."""
+        tree, chain = robot.tree, set[str]()
+        for foot in robot.feet:
+            link = tree.links[tree.index(foot)]
+            while link.joint is not None and link.parent is not None:
+                chain.add(link.joint.name)
+                link = tree.links[tree.index(link.parent)]
+        driven = [joint.name for joint in tree.joints if joint.servo is not None]
+        return [k for k, name in enumerate(driven) if name in chain]
 
     def _friction(self, surface: Surface, spread: Spread) -> float:
         draw = 1.0 + spread.friction * self._streams.friction.uniform(-1.0, 1.0)
@@ -212,18 +223,23 @@ class Engine:
     def step(self) -> None:
         """Advance by one tick: servos drive, the pile pushes back, then Bullet solves.
 
-        A tick that is longer than servos and contacts can be integrated at is several steps.
+        A tick that is too long for the servos is several steps; its torque is their mean.
         """
+        self._spent = 0.0
         for _ in range(self._steps):
             self._drive()
             if self._pile is not None:
                 self._pile.press()
             self._step()
             self._now = None
+            if self._steps > 1:
+                self._spent = self._spent + self._read_joints()[2] / self._steps
 
     def state(self) -> TickState:
         """The world as it is now."""
         joints, body = self._read_joints(), self._body
+        if self._steps > 1 and isinstance(self._spent, np.ndarray):
+            joints = np.array((joints[0], joints[1], self._spent))
         contacts = [point for point in self._contact_points(body) if point[2] != body]
         if self._rig is not None:
             return TickState(*self._rig.trunk(), joints, contacts)

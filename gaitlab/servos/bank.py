@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
+from math import ceil
 
 import numpy as np
 
-from gaitlab.servos.law import drive, feedback, servo_row
+from gaitlab.servos.law import drive, feedback, lags, servo_row
 from gaitlab.servos.servo import Servo
 
+LONGEST = 0.002  # s, of a step of the engine
+LATEST = (
+    0.02  # s; a fiftieth of a gait's period, and what EROS' ankles are late by at 2 ms and less
+)
+MOST_STEPS = 20  # in a tick
 ROUNDING = 1e-6  # ticks; forgives 0.014 / 0.002 being no whole number to the last bit
 
 
@@ -28,6 +34,30 @@ def unequally_late(
         replace(servo, latency=max(0.0, servo.latency + float(by)))
         for servo, by in zip(servos, moved, strict=True)
     ]
+
+
+def steps_in(
+    servos: Sequence[Servo], mobility: np.ndarray, standing: Sequence[int], dt: float
+) -> int:
+    """Into how many steps of the engine a tick is divided.
+
+    As many as keep a step within `LONGEST` and the feedback of the joints that the robot stands on
+    within `LATEST`.
+
+    Args:
+        servos: One per joint.
+        mobility: Inverse of the robot's mass matrix at these joints, in [1/(kg m^2)].
+            Shape (joints, joints).
+        standing: Indices of the joints of the legs.
+        dt: Duration of the tick, in [s].
+    """
+    damping = servo_row(servos, np.ones(len(servos))).damping
+    steps = max(1, ceil(dt / LONGEST - ROUNDING))
+    while steps < MOST_STEPS:
+        if np.max(lags(damping, mobility, dt / steps)[list(standing)], initial=0.0) <= LATEST:
+            break
+        steps += 1
+    return steps
 
 
 class ServoBank:

@@ -136,6 +136,15 @@ def feedback(damping: np.ndarray, mobility: np.ndarray, dt: float) -> Feedback:
     return Feedback(ratio, lead, np.zeros(len(ratio)), np.full(len(ratio), np.nan))
 
 
+def lags(damping: np.ndarray, mobility: np.ndarray, dt: float) -> np.ndarray:
+    """How late the velocity of a heavily loaded joint is fed back, in [s]. Shape (joints,).
+
+    Arguments as of `feedback`.
+    """
+    made = feedback(damping, mobility, dt)
+    return dt * made.ratio * (1.0 - made.lead)
+
+
 @njit(cache=True)
 def _quantise(value: float, step: float) -> float:
     return np.round(value / step) * step if step > 0.0 else value

@@ -82,7 +82,8 @@ def bench(
         dt: Time step, in [s].
         seconds: How long; long enough for the motor's own time constant when left out.
     """
-    client = new_world(dt, 50)
+    client = new_world(50)
+    client.setTimeStep(dt)
     client.setGravity(0.0, 0.0, 0.0)
     size = float(np.sqrt(6.0 * (HELD if held else inertia)))  # of a cube of 1 kg
     joint = Joint(name="joint", axis="y", lower=-1e6, upper=1e6, servo=None)
