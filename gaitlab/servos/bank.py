@@ -13,9 +13,7 @@ from gaitlab.servos.law import drive, feedback, lags, servo_row
 from gaitlab.servos.servo import Servo
 
 LONGEST = 0.002  # s, of a step of the engine
-LATEST = (
-    0.02  # s; a fiftieth of a gait's period, and what EROS' ankles are late by at 2 ms and less
-)
+LATEST = 0.02  # s, a fiftieth of a gait's period; EROS' ankles are within it in steps of 2 ms
 MOST_STEPS = 20  # in a tick
 ROUNDING = 1e-6  # ticks; forgives 0.014 / 0.002 being no whole number to the last bit
 
