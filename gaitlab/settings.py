@@ -17,7 +17,8 @@ class EngineSettings:
         unit="s",
         low=1e-4,
         high=0.01,
-        doc="time step; one tick of the log. Above 0.004 the edges of a pile are softer",
+        doc="time step; one tick of the log. Above 0.0022 gears are softer, above 0.004 the edges "
+        "of a pile",
     )
     solver_iterations: int = parameter(
         50, unit="-", low=1, high=1000, doc="iterations of the constraint solver a tick"
