@@ -121,12 +121,13 @@ def test_every_command_of_a_page_works(command: str, field: Path) -> None:
 
 
 def test_the_gate_of_the_guide_answers(field: Path) -> None:
-    """With the smallest experiment in the place of the shipped one."""
+    """With the smallest experiment in the place of the shipped ones."""
+    small = {"nightly": "stand.yaml", "standing": "stand.yaml"}
     for command in commands(ROOT / "docs" / "nightly.md"):
-        words = ["stand.yaml" if word == "nightly" else word for word in shlex.split(command)[1:]]
+        words = [small.get(word, word) for word in shlex.split(command)[1:]]
         done = gaitlab(*words, folder=field)
         assert done.returncode == 0, done.stderr
-    assert "Nothing changed, bit for bit" in done.stdout
+        assert words[0] != "check" or "Nothing changed, bit for bit" in done.stdout
 
 
 def test_the_metric_of_the_guide_measures_a_log() -> None:

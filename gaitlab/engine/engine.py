@@ -97,13 +97,13 @@ class Engine:
         kind = gantry_of(robot)
         self._rig = None if kind == "none" else Rig(self._client, self._body, found, kind)
         self._place(start, lift=-SLOP)
-        add_couplings(self._client, self._body, couplings_of(robot), found.joint)
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
         loose = mobility(self._client, self._body, self._joints)
         self._steps = steps_in(servos, loose, self._leg_joints(robot), settings.dt)
         dt = settings.dt / self._steps
         self._client.setTimeStep(dt)
+        add_couplings(self._client, self._body, couplings_of(robot), found.joint, dt=dt)
         self._servos = ServoBank(servos, gain, dt, start.targets[self._driven], loose)
         self._pile = self._grow(robot, surface, dt, spread)
         if self._pile is not None:

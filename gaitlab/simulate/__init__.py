@@ -136,38 +136,49 @@ def _walk(
         state = engine.state()
         loop.feel(state)
         touching = recording.put(state, engine.plough, engine.push)
-        upright, height = _trunk(state, centre)
-        if not isfinite(height):
+        upright, place = _trunk(state, centre)
+        if not isfinite(place[2]):
             raise GaitlabError(f"the simulation blew up at tick {recording.length}")
-        cause = falling.update(upright, touching, height)
+        cause = falling.update(upright, touching, place[2])
         if cause:
             recording.end(cause)
-        if cause or arrival.reached(state, recording.length):
+        if cause or arrival.reached(state, place, recording.length):
             break
 
 
-def _trunk(state: TickState, centre: tuple[float, float, float]) -> tuple[float, float]:
-    """Cosine of the trunk's tilt, and the height of its link frame in [m]."""
-    x, y, z, w = state.quaternion
+def _trunk(
+    state: TickState, centre: tuple[float, float, float]
+) -> tuple[float, tuple[float, float, float]]:
+    """Cosine of the trunk's tilt, and where its link frame is, in [m]."""
+    (x, y, z, w), (px, py, pz), (cx, cy, cz) = state.quaternion, state.position, centre
+    r11, r12, r13 = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
+    r21, r22, r23 = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
     r31, r32, r33 = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
-    return r33, state.position[2] - (r31 * centre[0] + r32 * centre[1] + r33 * centre[2])
+    return r33, (
+        px - (r11 * cx + r12 * cy + r13 * cz),
+        py - (r21 * cx + r22 * cy + r23 * cz),
+        pz - (r31 * cx + r32 * cy + r33 * cz),
+    )
 
 
 class _Arrival:
-    """Says when the robot is as far as the horizon asks, along its heading at the start."""
+    """Says when the trunk is as far as the horizon asks, along its heading at the start.
+
+    The trunk is where the log has it, at its link frame: its centre of mass swings with its tilt.
+    """
 
     def __init__(self, start_tick: int, distance: float) -> None:
         self._start, self._distance = start_tick, distance
         self._origin, self._heading = (0.0, 0.0), (1.0, 0.0)
 
-    def reached(self, state: TickState, ticks: int) -> bool:
+    def reached(self, state: TickState, place: tuple[float, float, float], ticks: int) -> bool:
         if ticks <= self._start:
             x, y, z, w = state.quaternion
             cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w)
             length = hypot(cosine, sine)
-            self._origin, self._heading = state.position[:2], (cosine / length, sine / length)
+            self._origin, self._heading = place[:2], (cosine / length, sine / length)
             return False
-        dx, dy = state.position[0] - self._origin[0], state.position[1] - self._origin[1]
+        dx, dy = place[0] - self._origin[0], place[1] - self._origin[1]
         return abs(dx * self._heading[0] + dy * self._heading[1]) >= self._distance
 
 

@@ -72,7 +72,7 @@ def test_a_foot_alone_gains_no_energy_from_what_it_ploughs(dt: float, way) -> No
         place = (*at.tolist(), 0.043)
         turn = (0.0, 0.0, float(np.sin(yaw / 2)), float(np.cos(yaw / 2)))
         push = press(ground, footprint, place, turn, place, (*velocity, 0.0), (0.0, 0.0, spin), dt)
-        velocity = velocity + np.array(push.force) / mass * dt
+        velocity = velocity + np.array(push.push) / mass * dt
         spin += push.torque[2] / inertia * dt
         at, yaw = at + velocity * dt, yaw + spin * dt
         most = max(most, mass * velocity @ velocity + inertia * spin**2)
