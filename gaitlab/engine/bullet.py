@@ -24,9 +24,9 @@ from gaitlab.log import GRAVITY
 from gaitlab.urdf import SHELL, urdf
 
 STDOUT, STDERR = 1, 2
-# Group of a link and the groups that it meets; planes are in the first or second of Bullet's own.
-GROUND = 0b11
-OTHERS, LEFT, RIGHT = (0b100, GROUND), (0b1000, GROUND | 0b10000), (0b10000, GROUND | 0b1000)
+# Groups of what meets what. Bullet lets two meet if either's mask has the other's group, so that a
+# plane's mask has to leave the shells out as well.
+GROUND, OTHERS, LEFT, RIGHT, LEFT_SHELL, RIGHT_SHELL = (1 << bit for bit in range(6))
 MASS_TOLERANCE = 1e-6  # kg; Bullet has to carry exactly the mass that the robot states
 
 
@@ -73,6 +73,7 @@ def add_plane(client: BulletClient, z: float) -> int:
     shape = client.createCollisionShape(pybullet.GEOM_PLANE)
     plane = client.createMultiBody(0, shape, basePosition=[0.0, 0.0, z])
     client.changeDynamics(plane, -1, lateralFriction=1.0)
+    client.setCollisionFilterGroupMask(plane, -1, GROUND, OTHERS | LEFT | RIGHT)
     return int(plane)
 
 
@@ -122,18 +123,20 @@ def let_legs_meet(
     With the robot's option `self_collision` also any two links that are apart where it starts, at
     `joints`, in [rad].
     """
-    legs, tree = lower_legs(robot), robot.tree
+    tree = robot.tree
     # The trunk is the base, or what the gantry's last joint carries.
     index = {link.name: found.link.get(link.name, -1) for link in tree.links}
-    meets = {index[link.name]: OTHERS for link in tree.links}
-    shells = {found.link[f"{foot}{SHELL}"] for foot in robot.feet}
-    index |= {foot: found.link[f"{foot}{SHELL}"] for foot in robot.feet}
-    for own, leg in ((LEFT, legs.left), (RIGHT, legs.right)):
-        meets |= {index[tree.links[k].name]: own for k in leg}
     for link in links(client, body):
-        group, mask = meets.get(link, (OTHERS[0], 0))
-        mask = mask & ~GROUND if link in shells else mask
-        client.setCollisionFilterGroupMask(body, link, group, mask)
+        client.setCollisionFilterGroupMask(body, link, OTHERS, GROUND)
+    other_leg = (RIGHT | RIGHT_SHELL, LEFT | LEFT_SHELL)
+    for side, leg in enumerate(lower_legs(robot)):
+        for name in (tree.links[k].name for k in leg):
+            if name not in robot.feet:
+                mask = GROUND | other_leg[side]
+                client.setCollisionFilterGroupMask(body, index[name], (LEFT, RIGHT)[side], mask)
+        shell = index[robot.feet[side]] = found.link[f"{robot.feet[side]}{SHELL}"]
+        group = (LEFT_SHELL, RIGHT_SHELL)[side]
+        client.setCollisionFilterGroupMask(body, shell, group, other_leg[side])
     if not self_collision_of(robot):
         return
     for first, second in links_apart(robot, joints):

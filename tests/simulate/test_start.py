@@ -51,7 +51,9 @@ def test_soles_begin_level_and_no_force_jumps(name: str) -> None:
         for target in targets:
             engine.command(target)
             engine.step()
-            loads.append(sum(point[9] for point in engine.state().contacts))
+            contacts = engine.state().contacts
+            loads.append(sum(point[9] for point in contacts))
+            assert {point[3] for point in contacts} <= set(engine.feet)  # nothing else, no shell
     assert np.degrees(tilts).max() < 0.1
     assert max(loads) < 1.2 * trial.robot.tree.mass * GRAVITY
     assert max(loads) > 0.5 * trial.robot.tree.mass * GRAVITY
