@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -82,7 +83,10 @@ def test_a_damaged_file_is_replaced_by_a_whole_one_and_never_taken(tmp_path: Pat
     for store, number in ((one, 1), (other, 2)):
         path = store.file(recorded.trial_id(number))
         content = bytearray(path.read_bytes())
-        content[len(content) // 4] ^= 1  # amid the columns, where no reader looks
+        columns = pq.read_metadata(path).row_group(0)
+        column = columns.column(columns.num_columns // 4)  # amid them, where no reader looks
+        # The last bytes of a column are numbers; some before them only describe them.
+        content[column.data_page_offset + column.total_compressed_size - 4] ^= 1
         path.write_bytes(content)
     done = merge(one, other)
     assert (done.taken, len(done.refused)) == (1, 1)

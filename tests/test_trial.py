@@ -152,9 +152,9 @@ def test_the_id_follows_the_text_of_a_users_gait(trial: Trial, tmp_path: Path) -
 
 
 def test_the_id_follows_the_declared_version_of_the_physics(trial, monkeypatch) -> None:
-    fresh = dataclasses.replace(trial)
-    monkeypatch.setattr(trial_module, "PHYSICS_VERSION", 2)
-    assert fresh.id != trial.id
+    fresh, before = dataclasses.replace(trial), trial.id
+    monkeypatch.setattr(trial_module, "PHYSICS_VERSION", trial_module.PHYSICS_VERSION + 1)
+    assert fresh.id != before
 
 
 def test_equal_numbers_of_another_kind_of_ground_make_another_trial(trial: Trial) -> None:

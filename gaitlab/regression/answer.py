@@ -28,6 +28,10 @@ def outcome_json(experiment: str, outcome: Outcome) -> str:
             "worse": [_told(quantity) for quantity in outcome.worse],
             "better": [_told(quantity) for quantity in outcome.improved],
             "declared": list(outcome.declared),
+            "surroundings": [
+                {"name": name, "before": then, "tonight": now}
+                for name, then, now in outcome.surroundings
+            ],
             "tests": [_finite(quantity) for quantity in outcome.quantities],
         }
     )

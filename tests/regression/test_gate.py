@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gaitlab.regression import Baseline, compared, outcome_page, quantities
+from gaitlab.regression import Baseline, compared, outcome_json, outcome_page, quantities
 from gaitlab.regression.matching import matched
 from gaitlab.regression.quantities import FALSE_ALARMS
 from tests.regression.nights import night
@@ -37,6 +38,36 @@ def test_one_changed_bit_is_named_and_no_alarm():
     assert outcome.differing == [last.trial_id]
     assert (outcome.mode, outcome.exit_code) == ("paired", 0)
     assert last.trial_id[:8] in outcome_page("edge", outcome)
+
+
+def on(night_there: Baseline, *processors: str) -> Baseline:
+    return replace(night_there, provenance={**night_there.provenance, "processor": processors})
+
+
+def test_other_bits_on_another_processor_are_put_down_to_it_and_on_the_same_one_to_nobody_known():
+    before, other = on(night(1), "one"), on(night(1), "another")
+    last = replace(before.walks[-1], log_digest="another")
+    elsewhere = compared(before, replace(other, walks=(*other.walks[:-1], last)))
+    assert list(elsewhere.surroundings) == [("processor", "one", "another")]
+    assert (elsewhere.mode, elsewhere.exit_code) == ("paired", 0)
+    assert json.loads(outcome_json("edge", elsewhere))["surroundings"] == [
+        {"name": "processor", "before": "one", "tonight": "another"}
+    ]
+    page = outcome_page("edge", elsewhere)
+    assert "- processor: one -> another" in page
+    assert "the versions, the processor or the code above did" in page
+    here = compared(before, replace(before, walks=(*before.walks[:-1], last)))
+    assert here.surroundings == []
+    assert "nothing that is known did" in outcome_page("edge", here)
+
+
+@pytest.mark.parametrize("processors", [(), ("one", "another")], ids=["unknown", "two"])
+def test_only_one_known_processor_is_the_same_as_before(processors: tuple[str, ...]):
+    before = on(night(1), "one")
+    tonight = on(night(1), *processors) if processors else night(1)
+    names = [name for name, _, _ in compared(before, tonight).surroundings]
+    assert names == ["processor"]
+    assert compared(before, tonight).mode == "exact"  # equal bits are equal wherever they come from
 
 
 @pytest.mark.parametrize("seeds", [range(12), range(100, 112)], ids=["paired", "unpaired"])

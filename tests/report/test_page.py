@@ -115,7 +115,7 @@ def test_falls_are_counted_by_direction() -> None:
     for item, direction in zip(trials, ("forward", "left", "left", "backward"), strict=True):
         item["fall_direction"] = direction
     cells = row(falls_table(results_of(trials)), "plain")
-    assert cells[:6] == ["4", "4 of 4", "1", "1", "2", "0"]
+    assert cells[:7] == ["4", "4 of 4", "0", "1", "1", "2", "0"]  # none before the first step
 
 
 def test_the_shown_seed_is_the_one_of_median_distance_in_any_order() -> None:
