@@ -29,7 +29,7 @@ def test_exactly_the_trials_that_kill_their_worker_fail(
 ) -> None:
     """A fifth each segfault, hang, exit and eat memory; a fifth work."""
     monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", sweeps.misbehave)
-    monkeypatch.setattr("gaitlab.dispatch.sweep.TIMEOUT", 4.0)  # s, for the imports of a worker, too
+    monkeypatch.setattr("gaitlab.dispatch.sweep.TIMEOUT", 4.0)  # s, a worker imports, too
     monkeypatch.setattr("gaitlab.dispatch.sweep.TIMEOUT_RATIO", 0.0)
     one_cell = (*ONE_CELL, "surfaces=[hard_floor]")
     store, wanted = Store(tmp_path / "data"), sweeps.experiment(*one_cell, seeds=10)
