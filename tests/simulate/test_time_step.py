@@ -1,7 +1,8 @@
 """A walk is the robot's and the ground's: half the time step gives the same one.
 
-Limits are half as wide again as the largest difference between 1 and 2 ms of four seeds: EROS roll
-4 %, pitch amplitude 0.003 rad, distance 9 mm, work 4 %; FLoW 11 %, 0.009 rad, 42 mm, 2 %. Of that,
+Limits are half as wide again as the largest difference between 1 and 2 ms: EROS roll 4 %, pitch
+amplitude 0.005 rad, distance 9 mm, work 6 %; FLoW 11 %, 0.009 rad, 42 mm, 2 % (four seeds, the pitch
+and work of EROS seed 0 with the gait of bases/eros.yaml). Of that,
 chaos is 0.1 to 0.5 % of EROS' roll on floor and grass, and 4 % of FLoW's: what a start 1e-12 m
 elsewhere does. From 0.5 to 1 ms EROS changes by 1.2 %.
 
@@ -39,7 +40,7 @@ class Limits(NamedTuple):
 
 
 TRIALS = trials()
-LIMITS = {"eros": Limits(0.06, 0.0045, 0.06, 0.01), "flow": Limits(0.16, 0.014, 0.06, 0.04)}
+LIMITS = {"eros": Limits(0.06, 0.007, 0.1, 0.01), "flow": Limits(0.16, 0.014, 0.06, 0.04)}
 WALKS = [
     *product(("eros on hard_floor", "eros on carpet_4mm", "eros on grass_10mm"), (0.0, 0.02)),
     ("flow on hard_floor", 0.06),
