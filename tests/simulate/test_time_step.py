@@ -1,7 +1,7 @@
 """A walk is the robot's and the ground's: half the time step gives the same one.
 
 Limits are half as wide again as the largest difference between 1 and 2 ms: EROS roll 4 %, pitch
-amplitude 0.005 rad, distance 9 mm, work 6 %; FLoW 11 %, 0.009 rad, 42 mm, 2 % (four seeds, the pitch
+amplitude 0.005 rad, distance 9 mm, work 6 %; FLoW 11 %, 0.009 rad, 42 mm, 2 % (four seeds; pitch
 and work of EROS seed 0 with the gait of bases/eros.yaml). Of that,
 chaos is 0.1 to 0.5 % of EROS' roll on floor and grass, and 4 % of FLoW's: what a start 1e-12 m
 elsewhere does. From 0.5 to 1 ms EROS changes by 1.2 %.
