@@ -60,6 +60,7 @@ def walk(
     arrays |= _clock(head, time) | _steps(head, walked)
     arrays |= {"trunk_x": pace * np.cos(heading), "trunk_y": pace * np.sin(heading)}
     arrays |= {"trunk_z": np.full(rows, head.standing_height), "yaw": np.full(rows, heading)}
+    arrays["feet_gap"] = 0.03 - 0.1 * np.abs(pace / (1.0 + np.abs(pace)))  # nearer the further
     arrays |= {
         name: np.broadcast_to(_values(course, walked), rows) for name, course in courses.items()
     }

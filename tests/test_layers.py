@@ -42,7 +42,7 @@ OWNERS = {
     "rerun": {"export"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "numba": {"surfaces", "servos", "replay"},
+    "numba": {"surfaces", "servos", "replay", "body"},
     "matplotlib": {"report", "picture", "replay", "reproduction"},
     "PIL": {"replay"},
 }
