@@ -100,7 +100,10 @@ class Engine:
         gain = 1.0 + spread.servo_gain * self._streams.servo.uniform(-1.0, 1.0, len(servos))
         servos = unequally_late(servos, spread.servo_latency, self._streams.servo)
         loose = mobility(self._client, self._body, self._joints)
-        self._steps = steps_in(servos, loose, self._leg_joints(robot), settings.dt)
+        tied = {name for gear in couplings_of(robot) for name in (gear.leader, gear.follower)}
+        names = [joint.name for joint in robot.tree.joints if joint.servo is not None]
+        geared = [k for k, name in enumerate(names) if name in tied]
+        self._steps = steps_in(servos, loose, self._leg_joints(robot), geared, settings.dt)
         dt = settings.dt / self._steps
         self._client.setTimeStep(dt)
         add_couplings(self._client, self._body, couplings_of(robot), found.joint, dt=dt)

@@ -14,6 +14,7 @@ from gaitlab.servos.servo import Servo
 
 LONGEST = 0.002  # s, of a step of the engine
 LATEST = 0.02  # s, a fiftieth of a gait's period; EROS' ankles are within it in steps of 2 ms
+LARGEST = 0.075  # of the position error; stiffer steps shake the belts of the biped
 MOST_STEPS = 20  # in a tick
 ROUNDING = 1e-6  # ticks; forgives 0.014 / 0.002 being no whole number to the last bit
 
@@ -35,22 +36,28 @@ def unequally_late(
 
 
 def steps_in(
-    servos: Sequence[Servo], mobility: np.ndarray, standing: Sequence[int], dt: float
+    servos: Sequence[Servo],
+    mobility: np.ndarray,
+    standing: Sequence[int],
+    geared: Sequence[int],
+    dt: float,
 ) -> int:
     """Into how many steps of the engine a tick is divided.
 
-    As many as keep a step within `LONGEST` and the feedback of the joints that the robot stands on
-    within `LATEST`.
+    As many as keep a step within `LONGEST`, the feedback of the joints that the robot stands on
+    within `LATEST`, and what a geared one makes good of its error in a step within `LARGEST`.
 
     Args:
         servos: One per joint.
         mobility: Inverse of the robot's mass matrix at these joints, in [1/(kg m^2)].
             Shape (joints, joints).
         standing: Indices of the joints of the legs.
+        geared: Indices of the joints that gears or belts tie to others.
         dt: Duration of the tick, in [s].
     """
-    damping = servo_row(servos, np.ones(len(servos))).damping
-    steps = max(1, ceil(dt / LONGEST - ROUNDING))
+    row = servo_row(servos, np.ones(len(servos)))
+    damping, quickest = row.damping, float(np.max(row.gain[list(geared)], initial=0.0))
+    steps = max(1, ceil(dt / LONGEST - ROUNDING), ceil(quickest * dt / LARGEST - ROUNDING))
     while steps < MOST_STEPS:
         if np.max(lags(damping, mobility, dt / steps)[list(standing)], initial=0.0) <= LATEST:
             break
