@@ -23,7 +23,7 @@ SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[
 
 FILMS = {  # what is simulated, and the piece of it that is shown, in [s]
     "walk": (["surfaces=[grass_30mm]", "grid={gait.step_length: [0.04]}", "seeds=[1]"], 3.0, 5.0),
-    "fall": (["surfaces=[grass_50mm]", "grid={gait.step_length: [0.04]}", "seeds=[2]"], 1.3, None),
+    "fall": (["surfaces=[grass_50mm]", "grid={gait.step_length: [0.08]}", "seeds=[2]"], 0.5, None),
 }
 SIZE = (440, 340)  # pixels
 
