@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.dispatch import Silent, Summary, dispatch, outlook
+from gaitlab.dispatch import Ended, Silent, Summary, dispatch, outlook
 from gaitlab.errors import StoreError
 from gaitlab.plan import plan
 from gaitlab.store import Store
@@ -143,6 +144,45 @@ def test_a_held_store_runs_nothing(store: Store) -> None:
     with store.lock(), pytest.raises(StoreError, match="another run is using this store"):
         dispatch(experiment(), store, jobs=0)
     assert store.states() == {}
+
+
+class Replacing(Silent):
+    """Puts another store into the place of the one that is running, after a few trials."""
+
+    def __init__(self, store: Store, away: Path, after: int) -> None:
+        self.store, self.away, self.left = store, away, after
+
+    def ended(self, trial: Ended) -> None:
+        self.left -= 1
+        if self.left == 0:
+            self.store.path.rename(self.away)
+            shutil.copytree(self.away, self.store.path)
+
+
+@pytest.mark.usefixtures("well")
+def test_a_run_whose_store_is_replaced_stops_and_leaves_the_other_alone(
+    store: Store, tmp_path: Path
+) -> None:
+    with pytest.raises(StoreError):
+        dispatch(experiment(), store, jobs=0, progress=Replacing(store, tmp_path / "away", 3))
+    assert len(Store(tmp_path / "away").states()) == 3
+    assert 3 <= len(store.states()) <= 4, "what was running may still have ended there"
+    index = (store.path / "index.jsonl").read_bytes()
+    assert index == (tmp_path / "away" / "index.jsonl").read_bytes(), "and is in no list of it"
+    assert dispatch(experiment(), store, jobs=0).left == 0
+
+
+@pytest.mark.usefixtures("well")
+def test_trials_are_discarded_only_from_the_store_that_is_held(
+    store: Store, tmp_path: Path
+) -> None:
+    dispatch(experiment(), store, jobs=0)
+    with store.lock() as held:
+        store.path.rename(tmp_path / "away")
+        shutil.copytree(tmp_path / "away", store.path)
+        with pytest.raises(StoreError):
+            store.discard(store.states(), held)
+    assert len(store.states()) == CELLS
 
 
 @pytest.mark.usefixtures("well")

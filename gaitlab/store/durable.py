@@ -92,7 +92,8 @@ def unreachable(path: Path, error: OSError) -> StoreError:
 def _make_folder(folder: Path) -> None:
     if folder.is_dir():
         return
-    folder.mkdir(parents=True, exist_ok=True)
+    _make_folder(folder.parent)
+    folder.mkdir(exist_ok=True)
     _sync_folder(folder.parent)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -219,6 +220,32 @@ def test_a_pulled_sled_meets_friction_and_the_plough_of_its_front_edge(
     for speed in (0.05, 0.2):
         measured = drag(ground, speed, kind)
         assert ground.friction + 0.8 * plough < measured < ground.friction + 1.5 * plough + 0.01
+
+
+def slide(spread: Spread = STILL, seed: int = 0, **changes: float) -> float:
+    """Coefficient of friction that a sled meets which slides over the hard floor."""
+    ground = surface("hard_floor", **changes)
+    with Bench(ground, Sled(kind="flat"), gap=0.0, spread=spread, seed=seed) as bench:
+        bench.run(0.2)
+        forces = [bench.pull(0.1) for _ in range(200)]
+    return float(np.mean(forces[100:]) / (3.5 * GRAVITY))
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 1.4])
+@pytest.mark.parametrize("friction", [0.3, 0.6])
+def test_a_sole_slides_with_the_friction_of_the_ground_times_its_scale(
+    friction: float, scale: float
+) -> None:
+    met = slide(friction=friction, friction_scale=scale)
+    assert met == pytest.approx(friction * scale, rel=0.02)
+
+
+def test_replicates_meet_friction_within_its_spread_and_each_its_own() -> None:
+    met = [slide(replace(STILL, friction=0.4), seed, friction=0.5) for seed in range(12)]
+    assert 0.3 * 0.98 < min(met) < 0.42
+    assert 0.58 < max(met) < 0.7 * 1.02
+    assert slide(replace(STILL, friction=0.4), 3, friction=0.5) == met[3]
+    assert slide(STILL, 3, friction=0.5) == pytest.approx(0.5, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["grass_30mm", "grass_10mm"])

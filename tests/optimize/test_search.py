@@ -23,6 +23,8 @@ from gaitlab.store import Store, fingerprint
 from gaitlab.study.addresses import database_file
 from tests.optimize import searches
 from tests.optimize.searches import search, told
+from tests.reliability.drivers import until
+from tests.reliability.sweeps import committed
 
 TOTAL = 18
 KILLS = 10
@@ -150,19 +152,18 @@ def _search_in_a_process(store: Store, jobs: int) -> None:
 
 
 def test_ten_kills_at_random_instants_leave_no_trace(whole: Store, store: Store) -> None:
-    chance, kills = random.Random(7), 0
-    while kills < KILLS:
-        jobs = chance.choice((0, 0, 1))
+    chance, share = random.Random(7), len(whole.states()) // (KILLS + 1)
+    for _ in range(KILLS):
+        jobs, before = chance.choice((0, 0, 1)), committed(store)
         process = get_context("fork").Process(target=_search_in_a_process, args=(store, jobs))
         process.start()
-        time.sleep(chance.uniform(0.05, 0.6 + 2.0 * jobs))
+        enough = before + chance.randint(0, share)
+        assert until(lambda enough=enough: committed(store) >= enough)
+        time.sleep(chance.uniform(0.0, 0.05))
         assert process.pid is not None
         os.kill(process.pid, signal.SIGKILL)
         process.join()
-        if process.exitcode == 0:
-            break
-        kills += 1
-    assert kills > 3
+        assert process.exitcode == -signal.SIGKILL, "it was still searching"
     search(store)
     assert told(store) == told(whole)
     assert_finished(store)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from gaitlab.errors import StoreError
 from gaitlab.log import TrialLog
 from gaitlab.store import Store, TrialRecord
-from gaitlab.store.parquet import columns_sha256
+from gaitlab.store.parquet import Unreadable, columns_sha256, read_columns
 from tests import recorded
 from tests.reliability import sweeps
 
@@ -57,6 +60,47 @@ def test_500_flipped_bits_are_found_or_harmless(store: Store) -> None:
     assert found > FLIPS / 2, "most bits carry something"
 
 
+def test_columns_that_are_whole_but_not_those_of_the_trial_are_no_log(store: Store) -> None:
+    """Every page's checksum is right and the record's seal too; only the columns' SHA-256 tells."""
+    record, log = recorded.record(1), recorded.log()
+    store.commit(record, log)
+    path = store.file(record.trial_id)
+    table = pq.read_table(path)
+    roll = table.schema.get_field_index("roll")
+    exchanged = table.set_column(roll, table.schema.field("roll"), table.column("pitch"))
+    pq.write_table(exchanged, path, write_page_checksum=True)
+    assert store.record(record.trial_id) == record
+    with pytest.raises(StoreError, match="damaged"):
+        store.log(record.trial_id)
+
+
+def test_a_part_of_a_log_is_as_it_was_written_or_refused(store: Store) -> None:
+    """Some columns are read without the SHA-256 of all; the checksums of their pages tell."""
+    record, log = recorded.record(1), recorded.log(ticks=2000)
+    store.commit(record, log)
+    path, chance = store.file(record.trial_id), random.Random(9)
+    whole, refused = path.read_bytes(), 0
+    chunk = pq.ParquetFile(path).metadata.row_group(0).column(log_index(path, "pitch"))
+    first, length = chunk.data_page_offset, chunk.total_compressed_size
+    for _ in range(100):
+        content = bytearray(whole)
+        content[first + chance.randrange(length)] ^= 1 << chance.randrange(8)
+        path.write_bytes(content)
+        try:
+            part = read_columns(path, ["pitch"])
+        except Unreadable:
+            refused += 1
+            continue
+        assert part is not None
+        np.testing.assert_array_equal(part.arrays["pitch"], log.arrays["pitch"])
+    assert refused > 90
+
+
+def log_index(path: Path, name: str) -> int:
+    index: int = pq.read_schema(path).get_field_index(name)
+    return index
+
+
 def flipped(content: bytes, chance: random.Random) -> bytes:
     changed = bytearray(content)
     changed[chance.randrange(len(changed))] ^= 1 << chance.randrange(8)
@@ -96,9 +140,6 @@ def test_a_query_of_ticks_refuses_a_flipped_log_that_duckdb_would_read(store: St
 
 
 def test_a_foreign_file_in_a_trials_place_is_kept_aside_and_the_trial_done(store: Store) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     sweeps.run(store, *sweeps.SMALL)
     right = sweeps.content(store)
     path = store.file(next(iter(store.states())))

@@ -68,6 +68,26 @@ def test_the_second_ctrl_c_ends_the_run_at_once_and_loses_nothing(
     assert sweeps.table(store) == sweeps.table(undisturbed(tmp_path))
 
 
+def test_the_first_ctrl_c_waits_for_a_trial_that_never_ends_and_the_second_does_not(
+    gaitlab: Drivers, store: Store, tmp_path: Path
+) -> None:
+    pid = gaitlab.start(*command(store), task="stuck", errors=tmp_path / "errors")
+    assert until(lambda: len(stuck(store)) == 2)
+    os.kill(pid, signal.SIGINT)
+    assert until(lambda: "finished first" in (tmp_path / "errors").read_text())
+    assert not until(lambda: not runs(pid), seconds=0.5), "it waits for what runs"
+    os.kill(pid, signal.SIGINT)
+    assert until(lambda: not runs(pid))
+    assert gaitlab.wait(pid) == 130
+    assert until(lambda: not any(map(runs, stuck(store)))), "no worker is left behind"
+    assert sweeps.run(store).done == TRIALS
+
+
+def stuck(store: Store) -> list[int]:
+    """Processes in which a trial of the task `stuck` has begun."""
+    return [int(note.name.removeprefix("stuck-")) for note in store.path.glob("stuck-*")]
+
+
 def undisturbed(folder: Path) -> Store:
     whole = Store(folder / "whole")
     sweeps.run(whole)
