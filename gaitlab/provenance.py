@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import platform
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from datetime import datetime, timezone
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from gaitlab.plugins import IN_PACKAGE, SUFFIXES
+
 PACKAGE = Path(__file__).parent
-# Parts of the package that no outcome of a trial depends on; whatever is not named here counts.
-BESIDE_TRIALS = (
-    *("audit", "cli", "dispatch", "documents", "executors", "experiment", "export", "optimize"),
-    *("picture", "reference", "regression", "replay", "report", "shipped", "statistics", "store"),
-    *("study", "errors.py", "objectives.py", "plan.py", "provenance.py", "__main__.py"),
-)
+NUMBERS = ("simulate", "metrics")  # what makes a trial's numbers, with all that they import
 CPUINFO = Path("/proc/cpuinfo")  # where Linux names the processor
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
@@ -53,18 +52,65 @@ def _unchanging() -> dict[str, str | None]:
 
 
 @cache
-def code_digest() -> str:
-    """Digest of the files of this package that decide what a trial gives. 16 hex digits.
+def code_digest(package: Path = PACKAGE) -> str:
+    """Digest of all that decides what a trial gives: code, shipped data, libraries. 16 hex digits.
 
     Another digest need not give other numbers, but the same one does: with it, a result found in
-    a store is known to be what this code would give.
+    a store is known to be what this code would give. It follows the imports, so a page or a
+    command is no part of it.
+
+    Args:
+        package: Folder of the package.
     """
+    files, libraries = makers(package)
     digest = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*")):
-        inside = path.relative_to(PACKAGE)
-        if path.suffix in (".py", ".yaml") and inside.parts[0] not in BESIDE_TRIALS:
-            digest.update(f"{inside.as_posix()}\0".encode() + path.read_bytes() + b"\0")
+    for path in sorted(files):
+        inside = path.relative_to(package).as_posix()
+        digest.update(f"{inside}\0".encode() + path.read_bytes() + b"\0")
+    for library in sorted(libraries):
+        digest.update(f"{library} {_version(library)}\0".encode())
     return digest.hexdigest()[:16]
+
+
+def makers(package: Path = PACKAGE) -> tuple[set[Path], set[str]]:
+    """Files of the package that a trial's numbers follow from, and the libraries these import.
+
+    Folders of which a trial loads files by name count whole.
+    """
+    files = {
+        path
+        for kind, folder in IN_PACKAGE.items()
+        for path in (package / folder).rglob("*")
+        if path.suffix in SUFFIXES[kind]
+    }
+    todo = [f"{package.name}.{part}" for part in NUMBERS]
+    todo += [name for path in files if path.suffix == ".py" for name in _imports(path)]
+    libraries, seen = set[str](), set[str]()
+    while todo:
+        module = todo.pop()
+        if module in seen:
+            continue
+        seen.add(module)
+        parent, _, name = module.rpartition(".")
+        if module.partition(".")[0] != package.name:
+            libraries.add(module.partition(".")[0])
+            continue
+        todo += [parent] if parent else []
+        path = package.parent.joinpath(*module.split("."))
+        found = [path / "__init__.py", path.with_suffix(".py")]
+        for file in (file for file in found if name and file.is_file()):
+            files.add(file)
+            todo += _imports(file)
+    return files, libraries - sys.stdlib_module_names
+
+
+def _imports(path: Path) -> Iterator[str]:
+    """Names of modules that a file imports anywhere, and of what it takes from them."""
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 @cache

@@ -1,0 +1,83 @@
+"""What decides whether a stored trial still counts: all that its numbers follow from, no more."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gaitlab import provenance
+from gaitlab.experiment import load_experiment
+from gaitlab.plan import plan
+
+LOADED = """
+import json, sys
+from gaitlab.metrics import measure
+from gaitlab.simulate import simulate
+from gaitlab.trial import Trial
+for trial in json.load(sys.stdin):
+    measure(simulate(Trial.from_dict(trial)))
+print(json.dumps([getattr(module, "__file__", None) or "" for module in sys.modules.values()]))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    copy = tmp_path / "gaitlab"
+    shutil.copytree(provenance.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    return copy
+
+
+def test_every_file_that_a_trial_loads_decides_whether_it_still_counts() -> None:
+    experiment = load_experiment("experiments/all_robots.yaml", ["horizon.time=0.2"])
+    trials = {item.trial.names.robot: item.trial.to_dict() for item in plan(experiment).trials()}
+    assert len(trials) == 5
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED],
+        input=json.dumps(list(trials.values())), capture_output=True, check=True, text=True,
+    )  # fmt: skip
+    loaded = {Path(file) for file in json.loads(done.stdout)}
+    own = {file for file in loaded if file.is_relative_to(provenance.PACKAGE)}
+    assert len(own) > 50
+    assert own <= provenance.makers()[0]
+
+
+def test_makers_are_the_code_and_the_data_of_a_trial_and_no_page_or_command() -> None:
+    inside = {path.relative_to(provenance.PACKAGE).as_posix() for path in provenance.makers()[0]}
+    assert inside >= {
+        "simulate/loop.py", "kinematics/transforms.py", "robots/_flow_links.py", "gaits/eros.py",
+        "metrics/stable.py", "servos/mx_28.yaml", "surfaces/press.py", "canonical.py",
+    }  # fmt: skip
+    rooms = {path.partition("/")[0] for path in inside}
+    assert not rooms & {"report", "reproduction", "cli", "store", "statistics", "optimize"}
+
+
+def test_another_byte_of_a_maker_or_another_file_to_name_is_another_code(package: Path) -> None:
+    before = provenance.code_digest.__wrapped__(package)
+    for path in (package / "report").rglob("*.py"):
+        path.write_text("# another\n")
+    assert provenance.code_digest.__wrapped__(package) == before
+    (package / "gaits" / "mine.py").write_text("HEIGHT = 0.2\n")
+    named = provenance.code_digest.__wrapped__(package)
+    assert named != before
+    with (package / "simulate" / "loop.py").open("a") as code:
+        code.write("# another\n")
+    assert provenance.code_digest.__wrapped__(package) not in (before, named)
+
+
+def test_another_version_of_a_library_is_another_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, version = provenance.code_digest.__wrapped__(), provenance._version
+    for library in ("numpy", "numba", "pybullet"):
+        with monkeypatch.context() as patch:
+            patch.setattr(
+                provenance,
+                "_version",
+                lambda of, library=library: (
+                    version(of) + "0" * (of == library) if version(of) else None
+                ),
+            )
+            assert provenance.code_digest.__wrapped__() != before, library
