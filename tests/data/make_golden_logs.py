@@ -1,4 +1,4 @@
-"""Few numbers of a short log of every shipped robot on every ground.
+"""Identity and a few numbers of a short log of every shipped robot on every ground.
 
     python tests/data/make_golden_logs.py
 
@@ -7,6 +7,7 @@ makes golden_logs.json again: after PHYSICS_VERSION was raised, for then they di
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from gaitlab.experiment import load_experiment
+from gaitlab.experiment import is_reproduction, load_experiment
 from gaitlab.log import TrialLog
 from gaitlab.motion import FeetPoses, Gait, first_step
 from gaitlab.plan import plan
+from gaitlab.plugins import names
 from gaitlab.settings import Horizon
 from gaitlab.simulate import simulate
 from gaitlab.trial import PHYSICS_VERSION, Trial
@@ -60,6 +62,16 @@ def trials() -> dict[str, Trial]:
     """Every shipped robot on every ground with its own gait, by the names of both."""
     planned = plan(load_experiment("all_robots", ["seeds=1"])).trials()
     return {f"{p.trial.robot.name} on {p.trial.names.surface}": p.trial for p in planned}
+
+
+def ids() -> dict[str, str]:
+    """One digest over the ids of the first seed of every shipped experiment, by its name."""
+    digests = {}
+    for name in (name for name in names("experiment") if not is_reproduction(name)):
+        planned = plan(load_experiment(name, ["seeds=1"])).trials()
+        told = "\n".join(item.trial.id for item in planned)
+        digests[name] = hashlib.sha256(told.encode()).hexdigest()[:16]
+    return digests
 
 
 def numbers(trial: Trial) -> Numbers:
@@ -108,8 +120,11 @@ def main() -> None:
         lines.append(f"  {json.dumps(name)}: {json.dumps(kept)}")
         print(f"{name}: {certain} of {len(INSTANTS)} instants")
     logs = ",\n".join(lines)
-    text = f'{{\n "physics_version": {PHYSICS_VERSION},\n "logs": {{\n{logs}\n }}\n}}\n'
-    FILE.write_text(text, encoding="utf-8")
+    FILE.write_text(
+        f'{{\n "physics_version": {PHYSICS_VERSION},\n "ids": {json.dumps(ids(), indent=2)},\n'
+        f' "logs": {{\n{logs}\n }}\n}}\n',
+        encoding="utf-8",
+    )
 
 
 if __name__ == "__main__":

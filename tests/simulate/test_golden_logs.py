@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from gaitlab.trial import PHYSICS_VERSION, Trial
-from tests.data.make_golden_logs import FILE, agreeing, moved, numbers, trials
+from tests.data.make_golden_logs import FILE, agreeing, ids, moved, numbers, trials
 
 STORED = json.loads(FILE.read_text(encoding="utf-8"))
 TRIALS = trials()
@@ -41,6 +41,13 @@ CHANGES: dict[str, Callable[[Trial], Trial]] = {
 def test_the_stored_logs_are_of_this_physics_and_of_every_robot_and_ground() -> None:
     assert STORED["physics_version"] == PHYSICS_VERSION, f"stored logs are older: {REMAKE}"
     assert list(STORED["logs"]) == list(TRIALS), f"robots or grounds have changed: {REMAKE}"
+
+
+def test_every_trial_of_every_shipped_experiment_keeps_its_name() -> None:
+    """What a store holds would not be found again."""
+    found = ids()
+    assert len(found) > 20
+    assert found == STORED["ids"], f"raise PHYSICS_VERSION if that was wanted, then {REMAKE}"
 
 
 @pytest.mark.parametrize("name", TRIALS)
