@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from gaitlab.errors import StoreError
 PARTIAL = ".tmp"  # ending of a file that is still being written
 LEAST_ROOM = 1 << 20  # byte worth freeing, however short the file that found none
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_STARVED = (errno.ENOMEM, errno.EMFILE, errno.ENFILE)
 
 
 class StoreFull(StoreError):
@@ -80,13 +82,39 @@ def unwritable(path: Path, error: OSError, size: int = 0) -> StoreError:
     )
 
 
-def unreachable(path: Path, error: OSError) -> StoreError:
+def open_to_read(path: Path) -> io.FileIO:
+    """A file of the store, open.
+
+    Raises:
+        OSError: If it cannot be opened.
+    """
+    return io.FileIO(path)
+
+
+def unreachable(path: Path, error: Exception) -> StoreError:
     """What keeps a file of the store from being read, with what to do."""
-    what = os.strerror(error.errno) if error.errno else str(error)
-    return StoreError(
-        f"{path}: cannot be read ({what}); give yourself permission to read the whole folder, or "
-        "choose another one with --store DIR"
+    return StoreError(f"{path}: {hindrance(error)}")
+
+
+def hindrance(error: Exception) -> str:
+    """The same without the name of the file."""
+    number = errno.ENOMEM if isinstance(error, MemoryError) else getattr(error, "errno", None)
+    what = os.strerror(number) if number else str(error)
+    advice = {
+        errno.ENOMEM: "the file may be whole; free some memory, or use fewer workers with -j",
+        errno.EMFILE: "the file may be whole; allow more open files with `ulimit -n`",
+        errno.ENFILE: "the file may be whole; this machine has too many files open",
+        errno.EIO: "the disk or the network fails; mend it, or copy the store to another disk",
+    }.get(
+        number or 0,
+        "give yourself permission to read the whole folder, or choose another one with --store DIR",
     )
+    return f"cannot be read ({what}); {advice}"
+
+
+def starved(error: Exception) -> bool:
+    """Whether this process lacks memory or open files, so that no file at all can be judged."""
+    return isinstance(error, MemoryError) or getattr(error, "errno", None) in _STARVED
 
 
 def _make_folder(folder: Path) -> None:

@@ -113,7 +113,11 @@ class _Trials:
     def _ours(self, target: Path) -> str | None:
         try:
             return fingerprint(target)
-        except (FileNotFoundError, Unreadable):
+        except FileNotFoundError:
+            return None
+        except Unreadable as error:
+            if error.kind == "unreachable":
+                raise StoreError(f"{error}; it is left as it is") from error
             return None
 
 

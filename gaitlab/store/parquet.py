@@ -9,8 +9,10 @@ column's bytes, so that no damaged number is ever read.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -20,6 +22,7 @@ import pyarrow.parquet as pq
 
 from gaitlab.log import LogHeader, TrialLog
 from gaitlab.log_columns import columns
+from gaitlab.store.durable import hindrance, open_to_read, starved, unreachable
 from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
 OLDEST_VERSION = 1  # of the file that can still be read
@@ -29,7 +32,7 @@ _VOLATILE = b"gaitlab.volatile"
 _COLUMNS_SHA256, _SEAL = b"gaitlab.columns_sha256", b"gaitlab.seal"
 
 
-UnreadableKind: TypeAlias = Literal["damaged", "foreign", "older", "newer", "denied"]
+UnreadableKind: TypeAlias = Literal["damaged", "foreign", "older", "newer", "unreachable"]
 
 
 class Unreadable(Exception):
@@ -37,7 +40,8 @@ class Unreadable(Exception):
 
     Attributes:
         kind: `damaged`, `foreign` (not written by gaitlab), `older` or `newer` (written by
-            another version), or `denied` (no permission to read it).
+            another version), or `unreachable` (it may be whole, but something keeps it from being
+            read, a missing permission or a failing disk for instance).
     """
 
     def __init__(self, path: Path, kind: UnreadableKind, why: str) -> None:
@@ -77,8 +81,10 @@ def read_record(path: Path) -> TrialRecord:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    return _read_record(path, _schema_metadata(path))
+    with _opened(path) as file:
+        return _record(path, _metadata(file))
 
 
 def read_log(path: Path) -> TrialLog | None:
@@ -86,15 +92,17 @@ def read_log(path: Path) -> TrialLog | None:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    metadata = _schema_metadata(path)
-    _read_record(path, metadata)
-    if not metadata[_HEADER]:
-        return None
-    log = _decode_log(path, metadata)
-    if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
-        raise Unreadable(path, "damaged", "the columns are not those that were written")
-    return log
+    with _opened(path) as file:
+        metadata = _metadata(file)
+        _record(path, metadata)
+        if not metadata[_HEADER]:
+            return None
+        log = _log(file, metadata)
+        if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
+            raise ValueError("the columns are not those that were written")
+        return log
 
 
 def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
@@ -104,17 +112,16 @@ def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    metadata = _schema_metadata(path)
-    _read_record(path, metadata)
-    if not metadata[_HEADER]:
-        return None
-    try:
+    with _opened(path) as file:
+        metadata = _metadata(file)
+        _record(path, metadata)
+        if not metadata[_HEADER]:
+            return None
         header = _header(json.loads(metadata[_HEADER]))
-        table = _read_table(path, names)
+        table = file.read(columns=list(names), use_threads=False)
         return LogPart(header, {name: _plain(table, name) for name in names})
-    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
-        raise Unreadable(path, "damaged", _short(error)) from error
 
 
 def written_sha256(path: Path) -> str:
@@ -122,10 +129,12 @@ def written_sha256(path: Path) -> str:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    metadata = _schema_metadata(path)
-    _read_record(path, metadata)
-    return metadata[_COLUMNS_SHA256].decode()
+    with _opened(path) as file:
+        metadata = _metadata(file)
+        _record(path, metadata)
+        return metadata[_COLUMNS_SHA256].decode()
 
 
 def columns_sha256(log: TrialLog | None) -> str:
@@ -176,39 +185,56 @@ def _parquet(table: pa.Table) -> bytes:
     return sink.getvalue().to_pybytes()
 
 
-def _schema_metadata(path: Path) -> dict[bytes, bytes]:
+@contextmanager
+def _opened(path: Path) -> Iterator[pq.ParquetFile]:
+    """The file, open. What it makes the reader raise is damage; what keeps it from being read, not.
+
+    The operating system's errors have a number, and those that pyarrow makes of a damaged file
+    have none. Python reads the file, so that the number is never lost on the way.
+    """
     try:
-        metadata: dict[bytes, bytes] | None = pq.read_schema(path, memory_map=False).metadata
-    except (pa.ArrowException, OSError) as error:
-        if isinstance(error, FileNotFoundError):
-            raise
-        if isinstance(error, PermissionError):
-            raise Unreadable(path, "denied", "no permission to read it; `chmod u+r` it") from error
-        raise Unreadable(path, "damaged", f"not a whole Parquet file ({_short(error)})") from error
+        with open_to_read(path) as file:
+            yield pq.ParquetFile(file, page_checksum_verification=True)
+    except (Unreadable, FileNotFoundError):
+        raise
+    except Exception as error:  # pyarrow has no end of kinds for a flipped bit
+        if starved(error):
+            raise unreachable(path, error) from error
+        if isinstance(error, OSError) and error.errno is not None:
+            raise Unreadable(path, "unreachable", hindrance(error)) from error
+        _read_something_whole(path)
+        raise Unreadable(path, "damaged", _short(error)) from error
+
+
+def _read_something_whole(path: Path) -> None:
+    """Make sure that the reader works: without a thread or memory it calls every file damaged."""
+    try:
+        whole = io.BytesIO(_parquet(pa.table({"time": pa.array([0.0], pa.float32())})))
+        pq.ParquetFile(whole).read(use_threads=False)
+    except Exception as error:
+        raise unreachable(path, MemoryError()) from error
+
+
+def _metadata(file: pq.ParquetFile) -> dict[bytes, bytes]:
+    metadata: dict[bytes, bytes] | None = file.schema_arrow.metadata
     return metadata or {}
 
 
-def _read_record(path: Path, metadata: dict[bytes, bytes]) -> TrialRecord:
+def _record(path: Path, metadata: dict[bytes, bytes]) -> TrialRecord:
     if _VERSION not in metadata:
         raise Unreadable(path, "foreign", "not written by gaitlab")
     _check_version(path, metadata[_VERSION])
-    try:
-        sealed = [metadata[key].decode() for key in (_RECORD, _VOLATILE, _HEADER, _COLUMNS_SHA256)]
-        if metadata[_SEAL].decode() != _seal(*sealed):
-            raise ValueError("the record is not the one that was written")
-        record = from_json(*sealed[:2])
-    except (KeyError, ValueError) as error:
-        raise Unreadable(path, "damaged", _short(error)) from error
+    sealed = [metadata[key].decode() for key in (_RECORD, _VOLATILE, _HEADER, _COLUMNS_SHA256)]
+    if metadata[_SEAL].decode() != _seal(*sealed):
+        raise ValueError("the record is not the one that was written")
+    record = from_json(*sealed[:2])
     if record.trial_id != path.stem:
         raise Unreadable(path, "foreign", f"holds trial {record.trial_id}; rename it back")
     return record
 
 
 def _check_version(path: Path, written: bytes) -> None:
-    try:
-        version = int(written)
-    except ValueError as error:
-        raise Unreadable(path, "damaged", f"format version {written!r}") from error
+    version = int(written)
     if version < OLDEST_VERSION:
         why = f"format {version}, this gaitlab reads from {OLDEST_VERSION} on"
         raise Unreadable(path, "older", why)
@@ -217,26 +243,18 @@ def _check_version(path: Path, written: bytes) -> None:
         raise Unreadable(path, "newer", why)
 
 
-def _decode_log(path: Path, metadata: dict[bytes, bytes]) -> TrialLog:
-    try:
-        header = _header(json.loads(metadata[_HEADER]))
-        table = _read_table(path)
-        there = set(table.schema.names)
-        present = [c for c in columns(header.joints) if c.name in there or not c.late]
-        arrays = {c.name: _array(table, c.name, c.dtype) for c in present}
-    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
-        raise Unreadable(path, "damaged", _short(error)) from error
+def _log(file: pq.ParquetFile, metadata: dict[bytes, bytes]) -> TrialLog:
+    header = _header(json.loads(metadata[_HEADER]))
+    table = file.read(use_threads=False)
+    there = set(table.schema.names)
+    present = [c for c in columns(header.joints) if c.name in there or not c.late]
+    arrays = {c.name: _array(table, c.name, c.dtype) for c in present}
     return TrialLog(header=header, arrays=arrays)
 
 
 def _header(content: dict[str, Any]) -> LogHeader:
     lists = {name: tuple(value) for name, value in content.items() if isinstance(value, list)}
     return LogHeader(**{**content, **lists})
-
-
-def _read_table(path: Path, names: Sequence[str] | None = None) -> pa.Table:
-    asked = None if names is None else list(names)
-    return pq.read_table(path, columns=asked, page_checksum_verification=True, use_threads=False)
 
 
 def _plain(table: pa.Table, name: str) -> np.ndarray:

@@ -58,7 +58,7 @@ class TrialFiles:
         try:
             parquet.read_record(path)
         except Unreadable as error:
-            if error.kind in ("newer", "denied"):
+            if error.kind in ("newer", "unreachable"):
                 raise StoreError(f"{error}; it is left as it is") from error
             if error.kind in ("foreign", "older"):
                 self.set_aside(path)
