@@ -77,7 +77,9 @@ def _places(store: Store, names: Sequence[str]) -> list[Place]:
 
 
 def _by_place(store: Store, address: str, experiment: str, parts: Sequence[str]) -> str:
-    lists = store.experiments()
+    lists, damaged = store.lists()
+    if experiment in damaged:
+        raise damaged[experiment]
     if experiment not in lists:
         from gaitlab.plugins import nearest
 

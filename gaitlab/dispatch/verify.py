@@ -16,6 +16,7 @@ from gaitlab.errors import StoreError
 from gaitlab.executors import Job, Outcome, Processes, Serial, simulated
 from gaitlab.store import Store, TrialRecord, Unreadable, fingerprint
 
+LONGEST = 3600.0  # s, the longest horizon of an experiment
 RERUN_STATES = ("DONE", "INFEASIBLE")  # a failure need not repeat itself
 
 
@@ -106,8 +107,9 @@ def _repeat(store: Store, chosen: Sequence[str], jobs: int) -> tuple[int, list[s
 def _job(record: TrialRecord) -> Job:
     """The trial of a record once more; its time-out goes by its horizon at the longest."""
     trial: Mapping[str, Any] = record.trial
-    horizon = float(trial.get("horizon", {}).get("time", 0.0))
-    timeout = TIMEOUT + TIMEOUT_RATIO * horizon
+    horizon = trial.get("horizon", {}).get("time")
+    seconds = horizon if isinstance(horizon, float | int) and horizon < LONGEST else LONGEST
+    timeout = TIMEOUT + TIMEOUT_RATIO * seconds
     return Job(trial_id=record.trial_id, trial=trial, timeout=timeout)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +28,8 @@ from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
 OLDEST_VERSION = 1  # of the file that can still be read
 FORMAT_VERSION = 1  # of the file; raise it when an older gaitlab could misread a newer file
+LONGEST_FOOTER = 1 << 26  # byte
+MOST_UNPACKED, FREE_UNPACKED = 200, 1 << 26  # byte a byte of the file, some 4 in fact; byte besides
 _VERSION, _RECORD, _HEADER = b"gaitlab.format", b"gaitlab.record", b"gaitlab.header"
 _VOLATILE = b"gaitlab.volatile"
 _COLUMNS_SHA256, _SEAL = b"gaitlab.columns_sha256", b"gaitlab.seal"
@@ -99,6 +102,7 @@ def read_log(path: Path) -> TrialLog | None:
         _record(path, metadata)
         if not metadata[_HEADER]:
             return None
+        _require_plausible(file, path)
         log = _log(file, metadata)
         if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
             raise ValueError("the columns are not those that were written")
@@ -120,6 +124,7 @@ def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
         if not metadata[_HEADER]:
             return None
         header = _header(json.loads(metadata[_HEADER]))
+        _require_plausible(file, path)
         table = file.read(columns=list(names), use_threads=False)
         return LogPart(header, {name: _plain(table, name) for name in names})
 
@@ -194,6 +199,7 @@ def _opened(path: Path) -> Iterator[pq.ParquetFile]:
     """
     try:
         with open_to_read(path) as file:
+            _require_short_footer(file)
             yield pq.ParquetFile(file, page_checksum_verification=True)
     except (Unreadable, FileNotFoundError):
         raise
@@ -204,6 +210,29 @@ def _opened(path: Path) -> Iterator[pq.ParquetFile]:
             raise Unreadable(path, "unreachable", hindrance(error)) from error
         _read_something_whole(path)
         raise Unreadable(path, "damaged", _short(error)) from error
+
+
+def _require_short_footer(file: io.FileIO) -> None:
+    """The last bytes but four say how long a footer is read; a trial's has some ten thousand."""
+    file.seek(max(0, file.seek(0, os.SEEK_END) - 8))
+    length = int.from_bytes(file.read(4), "little")
+    if length > LONGEST_FOOTER:
+        raise ValueError(f"not a whole Parquet file (a footer of {length} bytes)")
+
+
+def _require_plausible(file: pq.ParquetFile, path: Path) -> None:
+    """A few bytes can claim, or hold, more rows than there is memory for."""
+    described = file.metadata
+    most = MOST_UNPACKED * os.stat(path).st_size + FREE_UNPACKED
+    if described.num_row_groups > 1 or described.num_rows * described.num_columns * 4 > most:
+        raise ValueError(f"{described.num_rows} rows, more than such a file can hold")
+    for group in range(described.num_row_groups):
+        for number in range(described.num_columns):
+            chunk = described.row_group(group).column(number)
+            if chunk.num_values != described.num_rows or chunk.total_uncompressed_size > most:
+                raise ValueError(
+                    f"column {chunk.path_in_schema} does not have the rows of the file"
+                )
 
 
 def _read_something_whole(path: Path) -> None:
@@ -247,14 +276,24 @@ def _log(file: pq.ParquetFile, metadata: dict[bytes, bytes]) -> TrialLog:
     header = _header(json.loads(metadata[_HEADER]))
     table = file.read(use_threads=False)
     there = set(table.schema.names)
+    if foreign := there - {column.name for column in columns(header.joints)}:
+        raise ValueError(f"column {min(foreign)!r} is none of a log")
     present = [c for c in columns(header.joints) if c.name in there or not c.late]
     arrays = {c.name: _array(table, c.name, c.dtype) for c in present}
     return TrialLog(header=header, arrays=arrays)
 
 
 def _header(content: dict[str, Any]) -> LogHeader:
+    """The header from JSON, which a seal alone does not make gaitlab's."""
     lists = {name: tuple(value) for name, value in content.items() if isinstance(value, list)}
-    return LogHeader(**{**content, **lists})
+    header = LogHeader(**{**content, **lists})
+    for name, hint in LogHeader.__annotations__.items():
+        given = getattr(header, name)
+        values = given if "tuple" in hint else (given,)
+        kinds = str if "str" in hint else (int, float)
+        if not isinstance(values, tuple) or not all(isinstance(one, kinds) for one in values):
+            raise ValueError(f"{name} of the header is {given!r}"[:200])
+    return header
 
 
 def _plain(table: pa.Table, name: str) -> np.ndarray:

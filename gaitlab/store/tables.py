@@ -128,7 +128,7 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
     """Keep a table as a file that `select` takes; derived, and only worth it when it is long."""
     sink = pa.BufferOutputStream()
     pq.write_table(pa.Table.from_pandas(table, preserve_index=False), sink, compression="zstd")
-    write_durably(path, sink.getvalue().to_pybytes())
+    write_durably(path, sink.getvalue().to_pybytes(), within=path.parent)
 
 
 def _sound(path: Path) -> Path:

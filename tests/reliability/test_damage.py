@@ -118,11 +118,11 @@ def test_a_disk_that_fails_is_no_damage_of_the_file(
 
 def test_a_process_that_may_open_no_file_judges_none(store: Store) -> None:
     sweeps.run(store, *sweeps.SMALL)
-    right = sweeps.content(store)
+    right, trial_id = sweeps.content(store), next(iter(store.states()))
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (os.dup(0), hard))
     try:
-        for reading in (store.index, store.rebuild, lambda: store.record(recorded.trial_id(1))):
+        for reading in (store.index, store.rebuild, lambda: store.record(trial_id)):
             with pytest.raises(StoreError, match="open files"):
                 reading()
     finally:
