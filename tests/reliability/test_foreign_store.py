@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 import signal
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +22,15 @@ import pyarrow.parquet as pq
 import pytest
 
 from gaitlab.cli import run_command_line
-from gaitlab.errors import StoreError
+from gaitlab.errors import StoreError, UnknownName, WrongValue
+from gaitlab.experiment.own_code import named_code, unnamed_code
+from gaitlab.report.gather import gather
 from gaitlab.store import Store, TrialRecord, parquet
 from gaitlab.store.record import canonical
+from gaitlab.trial import Trial
 from tests import recorded
 from tests.reliability import sweeps
+from tests.trials import trial
 
 TRIALS, SECONDS = 8, 60
 HERE = "<here>"  # stands in JSON where something else is put
@@ -282,3 +288,100 @@ def test_a_list_of_another_kind_of_json_is_damage_of_that_list(store: Store, whe
     assert run_command_line(["status", sweeps.NAME, "--store", str(store.path)]) == 7
     assert sweeps.run(store, *sweeps.SMALL).cached == TRIALS
     assert len(store.table(sweeps.NAME)) == TRIALS
+
+
+def gait_of(code: Path, data: dict[str, Any]) -> dict[str, Any]:
+    digest = hashlib.sha256(code.read_bytes()).hexdigest()
+    own = {"code": {"name": str(code), "digest": digest}, "values": {}}
+    return {**data, "gait": own, "names": {**data["names"], "gait": code.stem}}
+
+
+CODE = """
+from pathlib import Path
+Path({ran!r}).touch()
+from gaitlab.gaits.stand import Gait
+"""
+
+
+@pytest.fixture
+def coded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Store, Path, Path]:
+    """A store with one trial of a gait of somebody's own, that gait, and what it makes when run."""
+    code, ran, store = tmp_path / "foreign" / "evil.py", tmp_path / "ran", Store(tmp_path / "data")
+    code.parent.mkdir()
+    code.write_text(CODE.format(ran=str(ran)))
+    walking = trial("hard_floor", cycles=0.5)
+    log = recorded.log(joints=tuple(joint.name for joint in walking.robot.tree.joints))
+    given = gait_of(code, walking.to_dict())
+    store.commit(replace(recorded.record(1), trial=given), log)
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    return store, code, ran
+
+
+COMMANDS = [
+    ["verify", "--sample", "1", "-j", "0"],
+    ["export", "{trial}", "--output", "walk.csv"],
+    ["export", "{trial}", "--to", "mjcf-urdf"],
+    ["replay", "{trial}", "--output", "walk.png", "-j", "0"],
+]
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: " ".join(words[:4]))
+def test_code_that_the_store_alone_names_runs_only_when_it_is_allowed(
+    coded: tuple[Store, Path, Path], words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    store, code, ran = coded
+    trial_id = next(iter(store.states()))
+    call = [word.format(trial=trial_id) for word in words] + ["--store", str(store.path)]
+    code_before = run_command_line(call)
+    told = capsys.readouterr().err
+    assert code_before == (0 if words[0] == "verify" else 3)
+    assert str(code) in told
+    assert "--allow-code" in told
+    assert not ran.exists()
+    run_command_line([*call, "--allow-code"])
+    assert str(code) in capsys.readouterr().err
+    assert ran.exists()
+
+
+def test_code_that_an_experiment_file_here_names_with_the_same_text_is_the_user_s(
+    coded: tuple[Store, Path, Path],
+) -> None:
+    store, code, ran = coded
+    names = partial(unnamed_code, store.record(next(iter(store.states()))).trial)
+    assert names(named_code(store.path)) == [str(code)]
+    Path("experiments").mkdir()
+    mine = Path("experiments/mine.yaml")
+    for text in (
+        "gait: {type: ../../foreign/evil.py}",
+        "walkers:\n  - {gait: ../../foreign/evil.py}",
+    ):
+        mine.write_text(text)
+        assert names(named_code(store.path)) == []
+    assert names(named_code(Path("experiments"))) == [str(code)], "the store names nothing itself"
+    code.write_text(code.read_text() + "\n")
+    assert names(named_code(store.path)) == [str(code)], "another text is other code"
+    assert not ran.exists(), "looking runs nothing"
+
+
+def test_a_report_runs_no_code_but_that_of_its_experiments(
+    coded: tuple[Store, Path, Path], swept: Path
+) -> None:
+    foreign, code, ran = coded
+    store = Store(foreign.path.parent / "swept")
+    shutil.copytree(swept / "data", store.path)
+    trial_id = first(store)
+    other = foreign.record(first(foreign))
+    store.commit(replace(other, trial_id=trial_id), recorded.log())
+    results = gather([sweeps.experiment(*sweeps.SMALL)], store)
+    with pytest.raises(WrongValue, match=re.escape(str(code))):
+        results.trial(trial_id)
+    assert not ran.exists()
+
+
+@pytest.mark.parametrize("kind", [None, [1], {"code": None}, {"code": {"digest": 1}}, "text"])
+def test_a_record_that_makes_no_trial_is_said_so(kind: object) -> None:
+    data = trial("hard_floor").to_dict()
+    for name in data.keys() - {"physics_version"}:
+        with pytest.raises((WrongValue, UnknownName)):
+            Trial.from_dict({**data, name: kind})
