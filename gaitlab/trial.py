@@ -191,8 +191,19 @@ class Trial:
 
         Raises:
             UnknownName: If the file of a user's own robot or gait is gone.
-            WrongValue: If that file has changed since, or another version wrote the data.
+            WrongValue: If that file has changed since, or another version or somebody else wrote
+                the data.
         """
+        try:
+            return cls._made(data)
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
+            raise WrongValue(
+                f"the trial cannot be made from its record ({type(error).__name__}: {error}): "
+                "another version of gaitlab wrote it, or somebody else"
+            ) from error
+
+    @classmethod
+    def _made(cls, data: Mapping[str, Any]) -> Trial:
         codes = {kind: Plugin(**data[kind]["code"]) for kind in CODED if kind in data}
         made = {kind: _unpacked(kind, codes[kind], data[kind]["values"]) for kind in codes}
         return cls(
@@ -204,12 +215,24 @@ class Trial:
             engine=instance(EngineSettings, data["engine"]),
             horizon=instance(Horizon, data["horizon"]),
             spread=instance(Spread, data["spread"]),
-            seed=data["seed"],
+            seed=operator.index(data["seed"]),
             names=Names(**data["names"]),
             robot_code=codes["robot"],
             gait_code=codes["gait"],
             balance_code=codes.get("balance"),
         )
+
+
+def own_code(data: Mapping[str, Any]) -> list[Plugin]:
+    """Code of the user's own that a trial in plain data runs when it is made."""
+    parts = (data.get(kind) for kind in CODED)
+    codes = (part.get("code") for part in parts if isinstance(part, Mapping))
+    found = [
+        Plugin(name=str(code.get("name")), digest=code.get("digest"))
+        for code in codes
+        if isinstance(code, Mapping)
+    ]
+    return [code for code in found if code.digest is not None]
 
 
 def _unpacked(kind: CodeKind, code: Plugin, given: Mapping[str, Value]) -> Any:

@@ -36,7 +36,7 @@ def test_a_file_is_synced_whole_before_it_is_renamed_and_its_folder_after(
     tmp_path: Path, calls: Calls
 ) -> None:
     content = b"x" * 100  # short enough to stay in Python until it is flushed
-    write_durably(tmp_path / "a", content)
+    write_durably(tmp_path / "a", content, within=tmp_path)
     file, folder = (tmp_path / "a").stat().st_ino, tmp_path.stat().st_ino
     assert [(what, inode) for what, inode, _ in calls] == [
         ("sync", file), ("rename", file), ("sync", folder)
@@ -47,7 +47,7 @@ def test_a_file_is_synced_whole_before_it_is_renamed_and_its_folder_after(
 def test_every_folder_that_had_to_be_made_is_synced_in_its_parent(
     tmp_path: Path, calls: Calls
 ) -> None:
-    write_durably(tmp_path / "one" / "two" / "three" / "a", b"x")
+    write_durably(tmp_path / "one" / "two" / "three" / "a", b"x", within=tmp_path)
     synced = {inode for what, inode, _ in calls if what == "sync"}
     for folder in (tmp_path, tmp_path / "one", tmp_path / "one" / "two"):
         assert folder.stat().st_ino in synced, folder

@@ -186,31 +186,84 @@ def test_wrong_sql_is_a_usage_error(store: Store, sql: str) -> None:
         store.query(sql)
 
 
+WRITING = [
+    "COPY (SELECT 1 AS n) TO '{trial}'",
+    "COPY (PIVOT trials ON seed USING count(*)) TO '{trial}'",
+    "INSERT INTO trials BY NAME SELECT 'made' AS trial_id",
+    "DELETE FROM trials",
+    "CREATE TABLE made AS SELECT 1",
+    "CREATE TEMP TABLE made AS SELECT 1",
+    "CREATE TEMP TABLE made AS PIVOT trials ON seed USING count(*)",
+    "DROP VIEW trials",
+]
+
+
 @pytest.mark.parametrize(
     "sql",
     [
-        "COPY (SELECT 1) TO '{folder}/made.csv'",
+        *WRITING,
+        *(f"EXPLAIN {statement}" for statement in WRITING),
+        *(f"/* EXPLAIN */ explain -- SELECT\n Analyze {statement};" for statement in WRITING),
+        *(f"EXPLAIN (FORMAT json) {statement}" for statement in WRITING),
+        "WITH made AS (COPY trials TO '{trial}') SELECT * FROM made",
+        "EXPLAIN ANALYZE WITH made AS (COPY trials TO '{trial}') SELECT * FROM made",
+        "WITH made AS (DELETE FROM trials RETURNING seed) SELECT * FROM made",
+        "SELECT * FROM query($$COPY trials TO '{trial}'$$)",
         "ATTACH '{folder}/made.db'",
         "EXPORT DATABASE '{folder}/made'",
-        "CREATE TABLE made AS SELECT 1",
-        "DROP VIEW trials",
         "INSTALL httpfs",
         "SET threads = 1",
+        "PRAGMA enable_profiling",
+        "CALL enable_logging()",
         "SELECT 1; SELECT 2",
+        "EXPLAIN SELECT 1; DROP VIEW trials",
         "SELECT * FROM read_csv('{folder}/secret.csv')",
         "SELECT * FROM '{folder}/secret.csv'",
         "SELECT * FROM ticks JOIN read_csv('{folder}/secret.csv') ON true",
+        "SELECT * FROM ticks JOIN read_parquet('{trial}') ON true",
     ],
 )
-def test_a_query_can_neither_write_nor_read_beyond_the_store(
+def test_a_query_can_neither_write_nor_read_beyond_the_views(
     store: Store, tmp_path: Path, sql: str
 ) -> None:
     commit(store, 1)
     (tmp_path / "secret.csv").write_text("word\nfriend\n")
-    before = sorted(path.name for path in tmp_path.iterdir())
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     with pytest.raises(UsageError, match=r"query"):
-        store.query(sql.format(folder=tmp_path))
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+        store.query(sql.format(folder=tmp_path, trial=store.file(recorded.trial_id(1))))
+    assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "-- how many?\nSELECT count(*) FROM trials;",
+        "WITH one AS (SELECT 1) SELECT * FROM one",
+        "FROM trials",
+        "DESCRIBE trials",
+        "PIVOT trials ON seed IN (1) USING count(*)",
+        "PIVOT trials ON seed USING count(*) GROUP BY surface;",
+        "SELECT * FROM (PIVOT trials ON seed USING count(*))",
+        "EXPLAIN SELECT 1",
+        "EXPLAIN /* why */ ANALYZE (SELECT 'ü')",
+        "EXPLAIN (FORMAT json) FROM ticks",
+    ],
+)
+def test_whatever_is_one_select_is_answered(store: Store, sql: str) -> None:
+    commit(store, 1)
+    assert len(store.query(sql))
+
+
+def test_logs_of_different_robots_are_one_table_with_gaps(store: Store) -> None:
+    commit(store, 1)
+    store.commit(recorded.record(2), recorded.log(joints=("waist",)))
+    ticks = store.query("SELECT * FROM ticks")
+    assert ticks.columns[0] == "trial_id"
+    for number, name, lacks in ((1, "left_knee_target", "waist"), (2, "waist_target", "left_knee")):
+        rows = ticks[ticks["trial_id"] == recorded.trial_id(number)]
+        log = store.log(recorded.trial_id(number))
+        assert rows[name].to_numpy().tobytes() == log.arrays[name].tobytes()
+        assert rows[f"{lacks}_target"].isna().all()
 
 
 @pytest.fixture

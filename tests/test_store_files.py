@@ -168,7 +168,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path)
     target = tmp_path / "folder"
     target.mkdir()
     with pytest.raises(StoreError, match="cannot be written"):
-        write_durably(target, b"a file cannot replace a folder")
+        write_durably(target, b"a file cannot replace a folder", within=tmp_path)
     assert list(tmp_path.iterdir()) == [target]
 
 

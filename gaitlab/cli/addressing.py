@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from gaitlab.cli.printing import columns, number
-from gaitlab.errors import UnknownName
+from gaitlab.cli.printing import columns, number, tell
+from gaitlab.errors import UnknownName, WrongValue
 
 if TYPE_CHECKING:
     from gaitlab.store import Store
     from gaitlab.store.entry import Entry
-    from gaitlab.store.record import Scalar
+    from gaitlab.store.record import Scalar, TrialRecord
+    from gaitlab.trial import Trial
 
 ADDRESS = "First digits of a trial, EXPERIMENT/VALUE/.../SEED, or EXPERIMENT/.../worst or best."
 HEX = re.compile(r"[0-9a-fA-F]{4,32}")
@@ -47,6 +48,38 @@ def trial_at(store: Store, address: str) -> str:
     return _by_place(store, address, head, parts)
 
 
+def trial_of(store: Store, record: TrialRecord, *, allow_code: bool) -> Trial:
+    """The trial of a record, which runs the user's own code that it names.
+
+    Args:
+        store: Where the record is from.
+        record: What became of the trial.
+        allow_code: Whether code may run that only the store names; which files, is said.
+
+    Raises:
+        WrongValue: If it may not, or the trial cannot be made any more.
+    """
+    from gaitlab.experiment.own_code import named_code, refusal, unnamed_code
+    from gaitlab.trial import Trial, own_code
+
+    if own_code(record.trial):
+        files = unnamed_code(record.trial, named_code(store.path))
+        if files and not allowed(allow_code)(files):
+            raise WrongValue(f"trial {record.trial_id[:SHOWN]}: {refusal(files)}")
+    return Trial.from_dict(record.trial)
+
+
+def allowed(allow_code: bool) -> Callable[[Sequence[str]], bool]:
+    """The answer to whether files may run that only the store names; says which do."""
+
+    def answer(files: Sequence[str]) -> bool:
+        if allow_code:
+            tell(f"running code that only the store names: {', '.join(files)}")
+        return allow_code
+
+    return answer
+
+
 def _by_digits(store: Store, digits: str) -> str:
     entries = store.index().entries
     fitting = [name for name in sorted(entries) if name.startswith(digits)]
@@ -77,7 +110,9 @@ def _places(store: Store, names: Sequence[str]) -> list[Place]:
 
 
 def _by_place(store: Store, address: str, experiment: str, parts: Sequence[str]) -> str:
-    lists = store.experiments()
+    lists, damaged = store.lists()
+    if experiment in damaged:
+        raise damaged[experiment]
     if experiment not in lists:
         from gaitlab.plugins import nearest
 

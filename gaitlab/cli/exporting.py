@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.addressing import ADDRESS, trial_at
-from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.addressing import ADDRESS, trial_at, trial_of
+from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
 from gaitlab.cli.printing import other_output_on_stderr, say, size, tell
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def export(
             "--output", metavar="FILE", help="By default named after the trial or the robot."
         ),
     ] = None,
+    allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Write the log of a trial, or the robot that walked in it, for another tool.
@@ -50,7 +51,6 @@ def export(
     from gaitlab.export import Recorded, write_export
     from gaitlab.export.export import require_library
     from gaitlab.store import Store
-    from gaitlab.trial import Trial
 
     wanted: Format = form.value
     require_library(wanted)
@@ -58,7 +58,7 @@ def export(
     name = trial_at(results, trial)
     with other_output_on_stderr():
         record = results.record(name)
-        given = Trial.from_dict(record.trial)
+        given = trial_of(results, record, allow_code=allow_code)
         shown = Recorded(record=record, trial=given, log=results.log(name))
         files = write_export(shown, wanted, output)
     tell(f"trial {name[:8]}: {size(sum(file.stat().st_size for file in files))}")

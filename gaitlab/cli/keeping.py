@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.addressing import allowed
+from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
 from gaitlab.cli.printing import say, tell
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ def verify(
         bool,
         typer.Option("--repair", help="Set damaged files aside, so that `run` does them again."),
     ] = False,
+    allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Check the checksums of every trial, and simulate some again: the bits must be the same.
@@ -67,7 +69,7 @@ def verify(
     from gaitlab.store import Store
 
     results = Store(store)
-    found = verify_store(results, sample=sample, jobs=jobs)
+    found = verify_store(results, sample=sample, jobs=jobs, allowed=allowed(allow_code))
     for problem in found.unsound:
         tell(f"not sound: {problem}")
     for message in found.different:

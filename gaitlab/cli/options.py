@@ -45,6 +45,10 @@ Jobs: TypeAlias = Annotated[
 Quick: TypeAlias = Annotated[
     bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
 ]
+AllowCode: TypeAlias = Annotated[
+    bool,
+    typer.Option("--allow-code", help="Run code that only the store names; it says which files."),
+]
 Quiet: TypeAlias = Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")]
 
 DEFAULT_STORE = Path("data")

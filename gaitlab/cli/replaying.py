@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.addressing import ADDRESS, trial_at
-from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.addressing import ADDRESS, trial_at, trial_of
+from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
 from gaitlab.errors import UsageError
 
@@ -84,6 +84,7 @@ def replay(
             help="Painting processes, one a core by default; 0 paints in this process.",
         ),
     ] = None,
+    allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Show a trial as a film, drawn from its log: nothing is simulated again.
@@ -106,7 +107,7 @@ def replay(
     if not gui:
         checked_kind(path)
     with other_output_on_stderr():
-        shown = [_recorded(results, name) for name in names]
+        shown = [_recorded(results, name, allow_code) for name in names]
         cut = cut_of([each.log for each in shown], begin=begin, end=end, fps=fps, speed=speed)
         if gui:
             play(_alone(shown), cut)
@@ -134,11 +135,11 @@ def _announce(path: Path, cut: Cut) -> None:
         tell(f"painting {plural(len(cut.instants), 'picture')} of {span} ...")
 
 
-def _recorded(results: Store, name: str) -> Recorded:
+def _recorded(results: Store, name: str, allow_code: bool) -> Recorded:
     from gaitlab.replay import Recorded
-    from gaitlab.trial import Trial
 
-    return Recorded(name, Trial.from_dict(results.record(name).trial), results.log(name))
+    trial = trial_of(results, results.record(name), allow_code=allow_code)
+    return Recorded(name, trial, results.log(name))
 
 
 def _alone(shown: list[Recorded]) -> Recorded:

@@ -141,9 +141,11 @@ def status(
 
     results = Store(store)
     index = _rebuilt(results) if rebuild else results.index()
-    lists = results.experiments()
+    lists, damaged = results.lists()
     wanted = list(lists) if experiment is None else _asked(experiment, lists)
     chosen = {name: lists[name] for name in wanted if name in lists}
+    if experiment is not None and wanted[0] in damaged:
+        raise damaged[wanted[0]]
     if experiment is not None and not chosen:
         known = ", ".join(lists) or "none"
         raise UnknownName(f"{store}: no experiment {wanted[0]!r} was run here; there: {known}")
@@ -157,8 +159,8 @@ def status(
         return 0
     total = sum(entry.size for entry in index.entries.values())
     tell(f"{store}: {plural(len(index.entries), 'trial')}, {size(total)}")
-    for problem in index.unreadable:
-        tell(f"not counted: {problem}")
+    for problem in (*index.unreadable, *damaged.values()):
+        _tell_left_out(problem)
     return 0
 
 
@@ -175,8 +177,12 @@ def query(
     """
     from gaitlab.store import Store
 
-    say(_formatted(Store(store).query(sql), form))
+    say(_formatted(Store(store).query(sql, _tell_left_out), form))
     return 0
+
+
+def _tell_left_out(problem: Exception) -> None:
+    tell(f"not counted: {problem}")
 
 
 def _asked(experiment: str, lists: Mapping[str, TrialList]) -> list[str]:

@@ -19,7 +19,7 @@ BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks
 # One of the four below, or what changed since the same cell was asked for: `surface changed`.
 Standing: TypeAlias = str
 CACHED, NEW, DAMAGED, FAILED_BEFORE = "cached", "new", "file damaged", "failed before"
-KEPT_OUT = ("newer", "denied")  # files that no run may replace
+KEPT_OUT = ("newer", "unreachable")  # files that no run may replace
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,8 +14,11 @@ import gaitlab.trial
 from gaitlab.dispatch.sweep import TIMEOUT, TIMEOUT_RATIO
 from gaitlab.errors import StoreError
 from gaitlab.executors import Job, Outcome, Processes, Serial, simulated
+from gaitlab.experiment.own_code import named_code, refusal, unnamed_code
 from gaitlab.store import Store, TrialRecord, Unreadable, fingerprint
+from gaitlab.trial import own_code
 
+LONGEST = 3600.0  # s, the longest horizon of an experiment
 RERUN_STATES = ("DONE", "INFEASIBLE")  # a failure need not repeat itself
 
 
@@ -49,6 +52,7 @@ def verify(
     sample: int = 0,
     jobs: int = 1,
     choose: Callable[[Sequence[str], int], Sequence[str]] | None = None,
+    allowed: Callable[[Sequence[str]], bool] = lambda files: False,
 ) -> Verdict:
     """Read every file to the last column, and simulate some trials again.
 
@@ -59,6 +63,7 @@ def verify(
         sample: How many trials to simulate again.
         jobs: Worker processes; 0 simulates in this process.
         choose: Picks from the ids of the trials; at random by default.
+        allowed: Whether to simulate a trial that runs files which only the store names.
 
     Raises:
         StoreError: If the store cannot be read.
@@ -73,7 +78,7 @@ def verify(
     ]
     pick = choose or random.Random().sample
     chosen = pick(repeatable, min(sample, len(repeatable)))
-    repeated, different, skipped = _repeat(store, chosen, jobs)
+    repeated, different, skipped = _repeat(store, chosen, jobs, allowed)
     return Verdict(
         checked=len(index.entries) - len(wrong & index.entries.keys()),
         unsound=unsound,
@@ -83,13 +88,18 @@ def verify(
     )
 
 
-def _repeat(store: Store, chosen: Sequence[str], jobs: int) -> tuple[int, list[str], list[str]]:
+def _repeat(
+    store: Store, chosen: Sequence[str], jobs: int, allowed: Callable[[Sequence[str]], bool]
+) -> tuple[int, list[str], list[str]]:
     """Count of trials that gave the same bits, messages on those that did not, on those skipped."""
     records = {trial_id: store.record(trial_id) for trial_id in chosen}
     now = gaitlab.trial.PHYSICS_VERSION
     old = [i for i, record in records.items() if record.trial.get("physics_version") != now]
     skipped = [f"{i}: of another physics version than {now}" for i in old]
-    due = [_job(record) for i, record in records.items() if i not in old]
+    unnamed = _unnamed(store, [record for i, record in records.items() if i not in old])
+    refused = {i: files for i, files in unnamed.items() if not allowed(files)}
+    skipped += [f"{i}: {refusal(files)}" for i, files in refused.items()]
+    due = [_job(record) for i, record in records.items() if i not in {*old, *refused}]
     repeated, different = 0, list[str]()
     with tempfile.TemporaryDirectory(prefix="gaitlab-verify-") as folder:
         again = Store(Path(folder))
@@ -103,11 +113,20 @@ def _repeat(store: Store, chosen: Sequence[str], jobs: int) -> tuple[int, list[s
     return repeated, different, skipped
 
 
+def _unnamed(store: Store, records: Sequence[TrialRecord]) -> dict[str, list[str]]:
+    """Files that only the store names, by the trial that would run them."""
+    coded = [record for record in records if own_code(record.trial)]
+    named = named_code(store.path) if coded else set()
+    found = {record.trial_id: unnamed_code(record.trial, named) for record in coded}
+    return {i: files for i, files in found.items() if files}
+
+
 def _job(record: TrialRecord) -> Job:
     """The trial of a record once more; its time-out goes by its horizon at the longest."""
     trial: Mapping[str, Any] = record.trial
-    horizon = float(trial.get("horizon", {}).get("time", 0.0))
-    timeout = TIMEOUT + TIMEOUT_RATIO * horizon
+    horizon = trial.get("horizon", {}).get("time")
+    seconds = horizon if isinstance(horizon, float | int) and horizon < LONGEST else LONGEST
+    timeout = TIMEOUT + TIMEOUT_RATIO * seconds
     return Job(trial_id=record.trial_id, trial=trial, timeout=timeout)
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 
 from gaitlab.canonical import values
-from gaitlab.errors import NothingRun, UsageError
+from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
+from gaitlab.experiment.own_code import unnamed_code
 from gaitlab.plan import plan
 from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
 from gaitlab.report.results import ONE_ROW, Results
@@ -64,8 +66,20 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
         maps=tuple(dict.fromkeys(pair for e in experiments for pair in e.report.maps)),
         trials=trials,
         log=store.log,
-        trial=lambda trial_id: Trial.from_dict(store.record(trial_id).trial),
+        trial=lambda trial_id: _trial(store.record(trial_id).trial, experiments),
     )
+
+
+def _trial(recorded: Mapping[str, Any], experiments: Sequence[Experiment]) -> Trial:
+    """The trial of a record, which runs no code but that of the experiments."""
+    walkers = [parts for e in experiments for parts in e.walkers.values() or [e.parts]]
+    named = {(code.name, code.digest) for parts in walkers for code in parts.codes}
+    if unnamed := unnamed_code(recorded, named):
+        raise WrongValue(
+            f"a trial of the store names {' and '.join(unnamed)}, which is not the code of its "
+            "experiment, so it is not run; run the experiment into another --store"
+        )
+    return Trial.from_dict(recorded)
 
 
 def _units(experiments: Sequence[Experiment]) -> dict[str, str]:

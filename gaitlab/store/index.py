@@ -7,6 +7,7 @@ and whoever reads it does so: a line counts only while a file of that name and s
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,12 +15,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from gaitlab.store.durable import PARTIAL, append, unreachable, write_durably
+from gaitlab.store.durable import (
+    PARTIAL,
+    NotAFile,
+    append,
+    open_to_read,
+    unreachable,
+    write_durably,
+)
 from gaitlab.store.entry import Entry, decode, encode, entry
 from gaitlab.store.parquet import Unreadable, read_record
 
 ENDING = ".parquet"
 TRIAL_FILE = re.compile(r"[0-9a-f]{32}\.parquet")
+LARGEST_INDEX = 4 << 30  # byte, of some million trials; a longer one is made anew
+LONGEST_LINE = 1 << 20  # byte
+BUFFER = 1 << 18  # byte read at once
 ID_END = 32 + len(ENDING)  # characters at the end of a path that hold the trial's id
 
 
@@ -44,7 +55,8 @@ def append_entry(path: Path, item: Entry) -> None:
 def write_entries(path: Path, entries: Iterable[Entry]) -> None:
     """Replace the index file: one line a trial, sorted by id, so equal trials give equal bytes."""
     ordered = sorted(entries, key=lambda item: item.trial_id)
-    write_durably(path, b"".join(b"%b\n" % encode(item) for item in ordered))
+    content = b"".join(b"%b\n" % encode(item) for item in ordered)
+    write_durably(path, content, within=path.parent)
 
 
 class Known(NamedTuple):
@@ -68,7 +80,7 @@ def read_entries(path: Path) -> Known:
     entries: dict[str, Entry] = {}
     tidy, last = True, ""
     for line in _lines(path):
-        item = decode(line.rstrip(b"\n"))
+        item = decode(line.rstrip(b"\n"), path.parent / "trials")
         if item is None:  # torn: its trial is read from its own file
             tidy = False
             continue
@@ -79,11 +91,18 @@ def read_entries(path: Path) -> Known:
 
 
 def _lines(path: Path) -> Iterator[bytes]:
+    """Lines, none longer than the longest; what is no plain file has none that count."""
     try:
-        with path.open("rb") as file:
-            yield from file
+        with open_to_read(path) as raw, io.BufferedReader(raw, BUFFER) as file:
+            if os.fstat(raw.fileno()).st_size > LARGEST_INDEX:
+                yield b""
+                return
+            while line := file.readline(LONGEST_LINE):
+                yield line
     except FileNotFoundError:
         return
+    except NotAFile:
+        yield b""
     except OSError as error:
         raise unreachable(path, error) from error
 
@@ -92,7 +111,7 @@ def reconcile(trials: Path, known: Mapping[str, Entry]) -> Index:
     """What the trials' files say, taking from `known` whatever is still there unchanged."""
     entries: dict[str, Entry] = {}
     unreadable: list[Unreadable] = []
-    for name, size in sorted(_files(trials)):  # text: a hundred thousand Paths take seconds
+    for name, size in sorted(files_among(trials)):  # text: a hundred thousand Paths take seconds
         path_id = name[-ID_END:].removesuffix(ENDING)
         item = known.get(path_id)
         if item is not None and item.size == size and name.endswith(_tail(path_id)):
@@ -135,13 +154,18 @@ def signature(trials: Path) -> str:
 
 
 def _sizes(folder: os.DirEntry[str]) -> list[str]:
-    if not folder.is_dir():
+    if not folder.is_dir(follow_symlinks=False):
         return [folder.name]
     with os.scandir(folder.path) as files:
         return [f"{file.name} {file.stat(follow_symlinks=False).st_size}" for file in files]
 
 
-def _files(trials: Path) -> Iterator[tuple[str, int]]:
+def files_among(trials: Path) -> Iterator[tuple[str, int]]:
+    """Path and length of everything among the trials, that which is no trial too.
+
+    Raises:
+        StoreError: If a folder cannot be read.
+    """
     try:
         with os.scandir(trials) as folders:
             for folder in folders:
@@ -153,10 +177,17 @@ def _files(trials: Path) -> Iterator[tuple[str, int]]:
 
 
 def _files_in(folder: os.DirEntry[str]) -> Iterator[tuple[str, int]]:
-    if not folder.is_dir():
-        yield folder.path, folder.stat(follow_symlinks=False).st_size
+    if not folder.is_dir(follow_symlinks=False):
+        yield folder.path, _size(folder)
         return
     with os.scandir(folder.path) as files:
         for file in files:
-            if not file.name.endswith(PARTIAL) and not file.is_dir():
-                yield file.path, file.stat(follow_symlinks=False).st_size
+            folder_within = file.is_dir(follow_symlinks=False) and not file.name.endswith(ENDING)
+            if not folder_within and not file.name.endswith(PARTIAL):
+                yield file.path, _size(file)
+
+
+def _size(file: os.DirEntry[str]) -> int:
+    """Length in bytes; below zero for a link or another thing that is no file."""
+    plain = file.is_file(follow_symlinks=False)
+    return file.stat(follow_symlinks=False).st_size if plain else -1

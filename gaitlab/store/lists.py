@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from gaitlab.errors import StoreError, WrongValue
-from gaitlab.store.durable import write_durably
-from gaitlab.store.record import Scalar, canonical
+from gaitlab.store.durable import NotAFile, read_whole, unreachable, write_durably
+from gaitlab.store.record import Scalar, canonical, is_flat
 
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
@@ -21,7 +22,12 @@ if TYPE_CHECKING:
 
 LIST = "trials.jsonl"
 EARLIER = "earlier.jsonl"  # the list before the last change
+_T = TypeVar("_T")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
+
+
+class DamagedList(StoreError):
+    """The list of an experiment is not what gaitlab wrote."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,20 +91,20 @@ def write_listed(
         trials=tuple(unique.values()),
         basis=basis,
     )
-    write_durably(folder / "experiment.yaml", experiment.text.encode())
-    _replace_list(folder, encode_list(found))
+    write_durably(folder / "experiment.yaml", experiment.text.encode(), within=experiments.parent)
+    _replace_list(folder, encode_list(found), experiments.parent)
     return found
 
 
-def _replace_list(folder: Path, content: bytes) -> None:
+def _replace_list(folder: Path, content: bytes, store: Path) -> None:
     """Keep what the cells were before a change, to tell later why their trials run again."""
     path = folder / LIST
-    with suppress(OSError):
-        before = path.read_bytes()
+    with suppress(FileNotFoundError, NotAFile):
+        before = read_whole(path)
         if before == content:
             return
-        write_durably(folder / EARLIER, before)
-    write_durably(path, content)
+        write_durably(folder / EARLIER, before, within=store)
+    write_durably(path, content, within=store)
 
 
 def listed(item: PlannedTrial) -> Listed:
@@ -115,8 +121,41 @@ def earlier_lists(folder: Path) -> list[TrialList]:
     """The list of an experiment and the one before it, newest first, as far as there are any."""
     found = []
     for name in (LIST, EARLIER):
-        with suppress(StoreError):
+        with suppress(DamagedList):
             found.append(read_list(folder, name))
+    return found
+
+
+class Lists(NamedTuple):
+    """What the experiments of a store asked for, by their names.
+
+    Attributes:
+        sound: Those that can be read.
+        damaged: Why the others cannot.
+    """
+
+    sound: dict[str, TrialList]
+    damaged: dict[str, DamagedList]
+
+
+def read_lists(experiments: Path) -> Lists:
+    """Every list below the folder of the experiments.
+
+    Raises:
+        StoreError: If the folder or a list cannot be read.
+    """
+    found = Lists({}, {})
+    try:
+        folders = sorted(experiments.iterdir()) if experiments.is_dir() else []
+    except OSError as error:
+        raise unreachable(experiments, error) from error
+    for folder in folders:
+        if not os.path.lexists(folder / LIST):
+            continue
+        try:
+            found.sound[folder.name] = read_list(folder)
+        except DamagedList as error:
+            found.damaged[folder.name] = error
     return found
 
 
@@ -124,11 +163,14 @@ def read_list(folder: Path, name: str = LIST) -> TrialList:
     """The list that `write_list` kept in the folder of an experiment.
 
     Raises:
-        StoreError: If the list is damaged.
+        DamagedList: If the list is damaged or not there.
+        StoreError: If it cannot be read.
     """
     path = folder / name
     try:
-        first, _, rest = path.read_bytes().partition(b"\n")
+        if folder.is_symlink():
+            raise NotAFile(f"its folder is a link to {os.readlink(folder)}")
+        first, _, rest = read_whole(path).partition(b"\n")
         head = json.loads(first)
         if head.get("sha256", _digest(rest)) != _digest(rest):
             raise ValueError("the lines are not those that were written")
@@ -136,13 +178,13 @@ def read_list(folder: Path, name: str = LIST) -> TrialList:
         if len(trials) != head["trials"]:
             raise ValueError(f"{len(trials)} of {head['trials']} trials")
         return TrialList(
-            experiment=head["experiment"],
-            digest=head["digest"],
+            experiment=_of(str, head["experiment"]),
+            digest=_of(str, head["digest"]),
             trials=trials,
-            basis=head.get("basis", {}),
+            basis={name: _of(str, value) for name, value in head.get("basis", {}).items()},
         )
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise StoreError(
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise DamagedList(
             f"{path}: the list of trials is damaged ({error}). The trials themselves are safe; "
             f"`gaitlab run` of the experiment writes the list anew."
         ) from error
@@ -184,10 +226,21 @@ def _trials(lines: bytes) -> Iterator[Listed]:
     values: Mapping[str, Scalar] = {}
     for line in lines.splitlines():
         found = Listed(**json.loads(line))
+        _of(str, found.trial_id)
+        for number in (found.cell, 0 if found.seed is None else found.seed):
+            _of(int, number)
+        if not is_flat(found.values):
+            raise ValueError(f"the values of trial {found.trial_id} are of another kind")
         if found.values == values:
             found = replace(found, values=values)
         values = found.values
         yield found
+
+
+def _of(kind: type[_T], value: object) -> _T:
+    if not isinstance(value, kind):
+        raise ValueError(f"found {value!r}"[:200])
+    return value
 
 
 def _digest(lines: bytes) -> str:

@@ -18,7 +18,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from gaitlab.errors import StoreError
-from gaitlab.store.durable import unwritable
+from gaitlab.store.durable import NotAFile, read_whole, unwritable, without_links
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +67,8 @@ def locked(path: Path) -> Iterator[Held]:
 def _open(path: Path) -> int:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-    except OSError as error:
+        return without_links(path, os.O_RDWR | os.O_CREAT)
+    except (OSError, NotAFile) as error:
         raise unwritable(path, error) from error
 
 
@@ -90,6 +90,11 @@ def _acquire(descriptor: int, path: Path) -> None:
 
 
 def _sign(descriptor: int, path: Path) -> None:
+    if os.fstat(descriptor).st_size and _signature(path) is None:
+        raise StoreError(
+            f"{path}: not a lock that gaitlab wrote; move it away, or choose another folder with "
+            "--store DIR"
+        )
     since = datetime.now(timezone.utc).isoformat(timespec="seconds")
     holder = {"host": socket.gethostname(), "pid": os.getpid(), "since": since}
     try:
@@ -100,8 +105,13 @@ def _sign(descriptor: int, path: Path) -> None:
 
 
 def _holder(path: Path) -> str:
+    return _signature(path) or "it has not signed yet"
+
+
+def _signature(path: Path) -> str | None:
+    """Who signed a lock; None if nobody did."""
     try:
-        holder = json.loads(path.read_text())
+        holder = json.loads(read_whole(path))
         return f"host {holder['host']}, process {holder['pid']}, since {holder['since']}"
-    except (OSError, ValueError, KeyError, TypeError):
-        return "it has not signed yet"
+    except (OSError, StoreError, ValueError, KeyError, TypeError, RecursionError):
+        return None

@@ -6,14 +6,16 @@ import hashlib
 import os
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from gaitlab.errors import StoreError, UsageError
-from gaitlab.store.durable import unreachable, write_durably
+from gaitlab.store.durable import NotAFile, read_whole, write_durably
 from gaitlab.store.fingerprint import fingerprint
-from gaitlab.store.lists import EARLIER, LIST, TrialList, encode_list, read_list
+from gaitlab.store.index import ENDING, files_among
+from gaitlab.store.lists import EARLIER, LIST, DamagedList, TrialList, encode_list, read_list
 from gaitlab.store.parquet import Unreadable, read_record
 from gaitlab.store.store import Store
 
@@ -51,8 +53,9 @@ def merge(into: Store, other: Store) -> Merged:
     _check(into, other)
     with into.lock():
         trials = _Trials(into)
-        for path in _files(other):
-            trials.take(path)
+        for name, _ in sorted(files_among(other.path / "trials")):
+            if name.endswith(ENDING) or os.path.islink(name):
+                trials.take(Path(name))
         conflicts = [message for folder in _lists(other) for message in _take_list(into, folder)]
         into.compact()
         into.tabulate()
@@ -96,37 +99,36 @@ class _Trials:
         ours = self._ours(target)
         if ours is None:
             self._into.make_way(target)
-            write_durably(target, path.read_bytes())
+            self._copy(path, target)
             return "taken"
         if ours == theirs or _failed(path):
             return "shared"
         if _failed(target):
-            write_durably(target, path.read_bytes())
+            self._copy(path, target)
             return "taken"
         kept = self._into.path / "conflicts" / f"{path.stem}.{theirs[:DIGEST_LENGTH]}.parquet"
-        write_durably(kept, path.read_bytes())
+        self._copy(path, kept)
         self.conflicts.append(
             f"trial {path.stem}: the two stores disagree; {target} stays, the other is {kept}"
         )
         return "conflict"
 
+    def _copy(self, path: Path, target: Path) -> None:
+        write_durably(target, read_whole(path), within=self._into.path)
+
     def _ours(self, target: Path) -> str | None:
         try:
             return fingerprint(target)
-        except (FileNotFoundError, Unreadable):
+        except FileNotFoundError:
+            return None
+        except Unreadable as error:
+            if error.kind == "unreachable":
+                raise StoreError(f"{error}; it is left as it is") from error
             return None
 
 
 def _failed(path: Path) -> bool:
     return read_record(path).state == "FAILED"
-
-
-def _files(store: Store) -> Iterator[Path]:
-    trials = store.path / "trials"
-    try:
-        yield from sorted(path for path in trials.glob("*/*.parquet") if path.is_file())
-    except OSError as error:
-        raise unreachable(trials, error) from error
 
 
 def _lists(store: Store) -> list[Path]:
@@ -140,25 +142,26 @@ def _take_list(into: Store, folder: Path) -> Iterator[str]:
     """
     try:
         theirs = read_list(folder)
-    except StoreError as error:
+    except DamagedList as error:
         yield str(error)
         return
     target = into.path / "experiments" / folder.name
     if not (target / LIST).exists():
-        _copy_list(folder, target)
+        _copy_list(into, folder, target)
         return
     more, fewer = _ids(theirs) - _ids_in(target), _ids_in(target) - _ids(theirs)
     if not more:
         return
     if not fewer:
-        _copy_list(folder, target)
+        _copy_list(into, folder, target)
         return
-    digest = hashlib.sha256((folder / LIST).read_bytes()).hexdigest()[:DIGEST_LENGTH]
+    digest = hashlib.sha256(read_whole(folder / LIST)).hexdigest()[:DIGEST_LENGTH]
     name = f"{folder.name[: 99 - DIGEST_LENGTH]}+{digest}"
     kept = into.path / "experiments" / name
     if not (kept / LIST).exists():
-        _copy_list(folder, kept)
-        write_durably(kept / LIST, encode_list(replace(theirs, experiment=name)))
+        _copy_list(into, folder, kept)
+        content = encode_list(replace(theirs, experiment=name))
+        write_durably(kept / LIST, content, within=into.path)
     yield f"experiment {folder.name}: the two lists of trials differ; the other one is now {name}"
 
 
@@ -170,12 +173,12 @@ def _ids_in(folder: Path) -> set[str]:
     """What our own list holds; nothing if it is damaged."""
     try:
         return _ids(read_list(folder))
-    except StoreError:
+    except DamagedList:
         return set()
 
 
-def _copy_list(folder: Path, target: Path) -> None:
+def _copy_list(into: Store, folder: Path, target: Path) -> None:
     """The list last: it is what makes the folder an experiment."""
     for name in ("experiment.yaml", EARLIER, LIST):
-        if (folder / name).is_file():
-            write_durably(target / name, (folder / name).read_bytes())
+        with suppress(FileNotFoundError, NotAFile):
+            write_durably(target / name, read_whole(folder / name), within=into.path)

@@ -9,8 +9,11 @@ column's bytes, so that no damaged number is ever read.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -20,16 +23,19 @@ import pyarrow.parquet as pq
 
 from gaitlab.log import LogHeader, TrialLog
 from gaitlab.log_columns import columns
+from gaitlab.store.durable import hindrance, open_to_read, starved, unreachable
 from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
 OLDEST_VERSION = 1  # of the file that can still be read
 FORMAT_VERSION = 1  # of the file; raise it when an older gaitlab could misread a newer file
+LONGEST_FOOTER = 1 << 26  # byte
+MOST_UNPACKED, FREE_UNPACKED = 200, 1 << 26  # byte a byte of the file, some 4 in fact; byte besides
 _VERSION, _RECORD, _HEADER = b"gaitlab.format", b"gaitlab.record", b"gaitlab.header"
 _VOLATILE = b"gaitlab.volatile"
 _COLUMNS_SHA256, _SEAL = b"gaitlab.columns_sha256", b"gaitlab.seal"
 
 
-UnreadableKind: TypeAlias = Literal["damaged", "foreign", "older", "newer", "denied"]
+UnreadableKind: TypeAlias = Literal["damaged", "foreign", "older", "newer", "unreachable"]
 
 
 class Unreadable(Exception):
@@ -37,7 +43,8 @@ class Unreadable(Exception):
 
     Attributes:
         kind: `damaged`, `foreign` (not written by gaitlab), `older` or `newer` (written by
-            another version), or `denied` (no permission to read it).
+            another version), or `unreachable` (it may be whole, but something keeps it from being
+            read, a missing permission or a failing disk for instance).
     """
 
     def __init__(self, path: Path, kind: UnreadableKind, why: str) -> None:
@@ -77,8 +84,10 @@ def read_record(path: Path) -> TrialRecord:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    return _read_record(path, _schema_metadata(path))
+    with _opened(path) as file:
+        return _record(path, _metadata(file))
 
 
 def read_log(path: Path) -> TrialLog | None:
@@ -86,15 +95,18 @@ def read_log(path: Path) -> TrialLog | None:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    metadata = _schema_metadata(path)
-    _read_record(path, metadata)
-    if not metadata[_HEADER]:
-        return None
-    log = _decode_log(path, metadata)
-    if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
-        raise Unreadable(path, "damaged", "the columns are not those that were written")
-    return log
+    with _opened(path) as file:
+        metadata = _metadata(file)
+        _record(path, metadata)
+        if not metadata[_HEADER]:
+            return None
+        _require_plausible(file, path)
+        log = _log(file, metadata)
+        if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
+            raise ValueError("the columns are not those that were written")
+        return log
 
 
 def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
@@ -104,17 +116,17 @@ def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    metadata = _schema_metadata(path)
-    _read_record(path, metadata)
-    if not metadata[_HEADER]:
-        return None
-    try:
+    with _opened(path) as file:
+        metadata = _metadata(file)
+        _record(path, metadata)
+        if not metadata[_HEADER]:
+            return None
         header = _header(json.loads(metadata[_HEADER]))
-        table = _read_table(path, names)
+        _require_plausible(file, path)
+        table = file.read(columns=list(names), use_threads=False)
         return LogPart(header, {name: _plain(table, name) for name in names})
-    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
-        raise Unreadable(path, "damaged", _short(error)) from error
 
 
 def written_sha256(path: Path) -> str:
@@ -122,10 +134,12 @@ def written_sha256(path: Path) -> str:
 
     Raises:
         Unreadable: If the file is torn, foreign or of a newer version.
+        StoreError: If this process has no memory or may open no file.
     """
-    metadata = _schema_metadata(path)
-    _read_record(path, metadata)
-    return metadata[_COLUMNS_SHA256].decode()
+    with _opened(path) as file:
+        metadata = _metadata(file)
+        _record(path, metadata)
+        return metadata[_COLUMNS_SHA256].decode()
 
 
 def columns_sha256(log: TrialLog | None) -> str:
@@ -176,39 +190,80 @@ def _parquet(table: pa.Table) -> bytes:
     return sink.getvalue().to_pybytes()
 
 
-def _schema_metadata(path: Path) -> dict[bytes, bytes]:
+@contextmanager
+def _opened(path: Path) -> Iterator[pq.ParquetFile]:
+    """The file, open. What it makes the reader raise is damage; what keeps it from being read, not.
+
+    The operating system's errors have a number, and those that pyarrow makes of a damaged file
+    have none. Python reads the file, so that the number is never lost on the way.
+    """
     try:
-        metadata: dict[bytes, bytes] | None = pq.read_schema(path, memory_map=False).metadata
-    except (pa.ArrowException, OSError) as error:
-        if isinstance(error, FileNotFoundError):
-            raise
-        if isinstance(error, PermissionError):
-            raise Unreadable(path, "denied", "no permission to read it; `chmod u+r` it") from error
-        raise Unreadable(path, "damaged", f"not a whole Parquet file ({_short(error)})") from error
+        with open_to_read(path) as file:
+            _require_short_footer(file)
+            yield pq.ParquetFile(file, page_checksum_verification=True)
+    except (Unreadable, FileNotFoundError):
+        raise
+    except Exception as error:  # pyarrow has no end of kinds for a flipped bit
+        if starved(error):
+            raise unreachable(path, error) from error
+        if isinstance(error, OSError) and error.errno is not None:
+            raise Unreadable(path, "unreachable", hindrance(error)) from error
+        _read_something_whole(path)
+        raise Unreadable(path, "damaged", _short(error)) from error
+
+
+def _require_short_footer(file: io.FileIO) -> None:
+    """The last bytes but four say how long a footer is read; a trial's has some ten thousand."""
+    file.seek(max(0, file.seek(0, os.SEEK_END) - 8))
+    length = int.from_bytes(file.read(4), "little")
+    if length > LONGEST_FOOTER:
+        raise ValueError(f"not a whole Parquet file (a footer of {length} bytes)")
+
+
+def _require_plausible(file: pq.ParquetFile, path: Path) -> None:
+    """A few bytes can claim, or hold, more rows than there is memory for."""
+    described = file.metadata
+    most = MOST_UNPACKED * os.stat(path).st_size + FREE_UNPACKED
+    if described.num_row_groups > 1 or described.num_rows * described.num_columns * 4 > most:
+        raise ValueError(f"{described.num_rows} rows, more than such a file can hold")
+    for group in range(described.num_row_groups):
+        for number in range(described.num_columns):
+            chunk = described.row_group(group).column(number)
+            if chunk.num_values != described.num_rows or chunk.total_uncompressed_size > most:
+                raise ValueError(
+                    f"column {chunk.path_in_schema} does not have the rows of the file"
+                )
+
+
+def _read_something_whole(path: Path) -> None:
+    """Make sure that the reader works: without a thread or memory it calls every file damaged."""
+    try:
+        whole = io.BytesIO(_parquet(pa.table({"time": pa.array([0.0], pa.float32())})))
+        pq.ParquetFile(whole).read(use_threads=False)
+    except Exception as error:
+        raise unreachable(path, MemoryError()) from error
+
+
+def _metadata(file: pq.ParquetFile) -> dict[bytes, bytes]:
+    metadata: dict[bytes, bytes] | None = file.schema_arrow.metadata
     return metadata or {}
 
 
-def _read_record(path: Path, metadata: dict[bytes, bytes]) -> TrialRecord:
+def _record(path: Path, metadata: dict[bytes, bytes]) -> TrialRecord:
     if _VERSION not in metadata:
         raise Unreadable(path, "foreign", "not written by gaitlab")
     _check_version(path, metadata[_VERSION])
-    try:
-        sealed = [metadata[key].decode() for key in (_RECORD, _VOLATILE, _HEADER, _COLUMNS_SHA256)]
-        if metadata[_SEAL].decode() != _seal(*sealed):
-            raise ValueError("the record is not the one that was written")
-        record = from_json(*sealed[:2])
-    except (KeyError, ValueError) as error:
-        raise Unreadable(path, "damaged", _short(error)) from error
+    sealed = [metadata[key].decode() for key in (_RECORD, _VOLATILE, _HEADER, _COLUMNS_SHA256)]
+    if metadata[_SEAL].decode() != _seal(*sealed):
+        raise ValueError("the record is not the one that was written")
+    record = from_json(*sealed[:2])
     if record.trial_id != path.stem:
         raise Unreadable(path, "foreign", f"holds trial {record.trial_id}; rename it back")
     return record
 
 
 def _check_version(path: Path, written: bytes) -> None:
-    try:
-        version = int(written)
-    except ValueError as error:
-        raise Unreadable(path, "damaged", f"format version {written!r}") from error
+    version = int(written)
     if version < OLDEST_VERSION:
         why = f"format {version}, this gaitlab reads from {OLDEST_VERSION} on"
         raise Unreadable(path, "older", why)
@@ -217,26 +272,28 @@ def _check_version(path: Path, written: bytes) -> None:
         raise Unreadable(path, "newer", why)
 
 
-def _decode_log(path: Path, metadata: dict[bytes, bytes]) -> TrialLog:
-    try:
-        header = _header(json.loads(metadata[_HEADER]))
-        table = _read_table(path)
-        there = set(table.schema.names)
-        present = [c for c in columns(header.joints) if c.name in there or not c.late]
-        arrays = {c.name: _array(table, c.name, c.dtype) for c in present}
-    except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
-        raise Unreadable(path, "damaged", _short(error)) from error
+def _log(file: pq.ParquetFile, metadata: dict[bytes, bytes]) -> TrialLog:
+    header = _header(json.loads(metadata[_HEADER]))
+    table = file.read(use_threads=False)
+    there = set(table.schema.names)
+    if foreign := there - {column.name for column in columns(header.joints)}:
+        raise ValueError(f"column {min(foreign)!r} is none of a log")
+    present = [c for c in columns(header.joints) if c.name in there or not c.late]
+    arrays = {c.name: _array(table, c.name, c.dtype) for c in present}
     return TrialLog(header=header, arrays=arrays)
 
 
 def _header(content: dict[str, Any]) -> LogHeader:
+    """The header from JSON, which a seal alone does not make gaitlab's."""
     lists = {name: tuple(value) for name, value in content.items() if isinstance(value, list)}
-    return LogHeader(**{**content, **lists})
-
-
-def _read_table(path: Path, names: Sequence[str] | None = None) -> pa.Table:
-    asked = None if names is None else list(names)
-    return pq.read_table(path, columns=asked, page_checksum_verification=True, use_threads=False)
+    header = LogHeader(**{**content, **lists})
+    for name, hint in LogHeader.__annotations__.items():
+        given = getattr(header, name)
+        values = given if "tuple" in hint else (given,)
+        kinds = str if "str" in hint else (int, float)
+        if not isinstance(values, tuple) or not all(isinstance(one, kinds) for one in values):
+            raise ValueError(f"{name} of the header is {given!r}"[:200])
+    return header
 
 
 def _plain(table: pa.Table, name: str) -> np.ndarray:

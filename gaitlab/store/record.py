@@ -6,9 +6,10 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 VOLATILE = ("host", "finished", "wall_time")  # of the provenance: differs between equal runs
+LARGEST_INTEGER = 1 << 63  # of a table
 VOLATILE_WIDTH = 512  # characters they are padded to, so that equal trials have equally long files
 State: TypeAlias = Literal["DONE", "INFEASIBLE", "FAILED"]
 Scalar: TypeAlias = float | int | bool | str | None
@@ -66,9 +67,43 @@ def from_json(text: str, volatile: str) -> TrialRecord:
     try:
         content = json.loads(text)
         provenance = {**content.pop("provenance"), **json.loads(volatile)}
-        return TrialRecord(**content, provenance=provenance)
-    except (TypeError, KeyError, AttributeError) as error:
+        record = TrialRecord(**content, provenance=provenance)
+    except (TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(f"not a trial record: {error}") from error
+    _require_kinds(record)
+    return record
+
+
+def _require_kinds(record: TrialRecord) -> None:
+    """A seal says that nothing was damaged, not that gaitlab wrote what it seals."""
+    trial = record.trial
+    sound = (
+        isinstance(record.trial_id, str)
+        and record.state in get_args(State)
+        and isinstance(record.reason, str)
+        and is_flat(record.metrics)
+        and is_flat(record.provenance)
+        and isinstance(trial, dict)
+        and is_flat(trial.get("names", {}))
+        and is_scalar(trial.get("seed"))
+        and isinstance(trial.get("horizon", {}), dict)
+    )
+    if not sound:
+        raise ValueError("not a trial record: a value is of another kind")
+
+
+def is_flat(content: object) -> bool:
+    """Whether something read from JSON is a mapping of names to single values."""
+    return isinstance(content, dict) and all(map(is_scalar, content.values()))
+
+
+def is_scalar(value: object) -> bool:
+    """Whether something read from JSON is a single value, and finite if it is a number."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, int):
+        return -LARGEST_INTEGER <= value < LARGEST_INTEGER
+    return value is None or isinstance(value, str)
 
 
 def lasting(provenance: Mapping[str, Scalar]) -> dict[str, Scalar]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
@@ -21,9 +21,10 @@ from gaitlab.store.index import (
 )
 from gaitlab.store.lists import (
     Listed,
+    Lists,
     TrialList,
     earlier_lists,
-    read_list,
+    read_lists,
     write_list,
     write_listed,
 )
@@ -153,11 +154,12 @@ class Store(TrialFiles):
         return earlier_lists(self._experiments / experiment)
 
     def experiments(self) -> dict[str, TrialList]:
-        """Every experiment that was run on this store, by name."""
-        if not self._experiments.is_dir():
-            return {}
-        folders = sorted(f for f in self._experiments.iterdir() if (f / "trials.jsonl").is_file())
-        return {folder.name: read_list(folder) for folder in folders}
+        """Every experiment that was run on this store, by name, but those whose list is damaged."""
+        return self.lists().sound
+
+    def lists(self) -> Lists:
+        """What every experiment that was run on this store asked for, as far as it can be read."""
+        return read_lists(self._experiments)
 
     def table(self, experiment: str | None = None) -> pd.DataFrame:
         """One row for each experiment and trial that is committed.
@@ -171,9 +173,9 @@ class Store(TrialFiles):
         """
         from gaitlab.store.tables import trials_table  # slow to load, and no worker needs it
 
-        entries, lists = self.index().entries, self.experiments()
-        chosen = list(lists.values()) if experiment is None else [self._chosen(experiment, lists)]
-        return trials_table(entries, chosen, unlisted=experiment is None)
+        lists = self.lists()
+        chosen = lists.sound.values() if experiment is None else [self._chosen(experiment, lists)]
+        return trials_table(self.index().entries, list(chosen), unlisted=experiment is None)
 
     def outcomes(self, trial_ids: Iterable[str]) -> pd.DataFrame:
         """One row for each of these trials that is committed, whoever asked for it.
@@ -185,28 +187,42 @@ class Store(TrialFiles):
 
         return outcomes_table(self.index().entries, trial_ids)
 
-    def query(self, sql: str) -> pd.DataFrame:
+    def query(
+        self, sql: str, left_out: Callable[[Exception], None] = lambda error: None
+    ) -> pd.DataFrame:
         """Answer of DuckDB over the views `trials` (see `table`) and `ticks` (trial_id and log).
+
+        Args:
+            sql: One SELECT.
+            left_out: Is told of every file that does not count, unless the store is large and has
+                its table beside it.
 
         Raises:
             UsageError: If the query is wrong; quotes DuckDB and lists the columns.
             StoreError: If it is about `ticks` and a log is damaged.
         """
-        from gaitlab.store.tables import select  # slow to load, and no worker needs it
+        from gaitlab.store.tables import select, trials_table  # slow to load
 
-        table = self._table_file.path if self._table_file.fresh else self.table()
-        return select(sql, table, self._logs())
+        if self._table_file.fresh:
+            return select(sql, self._table_file.path, self._logs(None))
+        index, lists = self.index(), self.lists()
+        for error in (*index.unreadable, *lists.damaged.values()):
+            left_out(error)
+        table = trials_table(index.entries, list(lists.sound.values()), unlisted=True)
+        return select(sql, table, self._logs(index))
 
-    def _logs(self) -> Iterator[Path]:
-        for key, item in self.index().entries.items():
+    def _logs(self, index: Index | None) -> Iterator[Path]:
+        for key, item in (index or self.index()).entries.items():
             if item.state == "DONE":
                 yield self.file(key)
 
-    def _chosen(self, name: str, lists: dict[str, TrialList]) -> TrialList:
-        if name not in lists:
-            known = ", ".join(lists) or "none"
+    def _chosen(self, name: str, lists: Lists) -> TrialList:
+        if name in lists.damaged:
+            raise lists.damaged[name]
+        if name not in lists.sound:
+            known = ", ".join(lists.sound) or "none"
             raise UnknownName(
                 f"{self.path}: experiment {name!r} was never run on this store; there: {known}. "
                 f"Run it with `gaitlab run {name}`."
             )
-        return lists[name]
+        return lists.sound[name]

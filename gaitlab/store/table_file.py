@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitlab.errors import StoreError
-from gaitlab.store.durable import write_durably
+from gaitlab.store.durable import read_whole, write_durably
 from gaitlab.store.index import signature
 from gaitlab.store.lists import LIST
 
@@ -39,7 +39,8 @@ class TableFile:
 
         stamps = f"{self._times()} {self._contents()}"
         write_table(table, self.path)
-        write_durably(self._stamp_file, f"{stamps} {_digest(self.path)}\n".encode())
+        stamp = f"{stamps} {_digest(self.path)}\n".encode()
+        write_durably(self._stamp_file, stamp, within=self.path.parent)
 
     def remove(self) -> None:
         """Keep none."""
@@ -50,7 +51,7 @@ class TableFile:
     def fresh(self) -> bool:
         """Whether it is there, whole, and the table of the store as it is now."""
         try:
-            times, contents, digest = self._stamp_file.read_text().split()
+            times, contents, digest = read_whole(self._stamp_file).decode().split()
             whole = digest == _digest(self.path)
             return whole and (times == self._times() or contents == self._contents())
         except (OSError, ValueError, StoreError):
@@ -58,7 +59,9 @@ class TableFile:
 
     def _times(self) -> str:
         """When a trial or a list was last added, replaced or removed."""
-        folders = (folder for folder in os.scandir(self._trials) if folder.is_dir())
+        folders = (
+            folder for folder in os.scandir(self._trials) if folder.is_dir(follow_symlinks=False)
+        )
         times = sorted(f"{folder.name} {folder.stat().st_mtime_ns}" for folder in folders)
         times += [f"{path.parent.name} {path.stat().st_mtime_ns}" for path in self._lists()]
         return hashlib.sha256("\n".join(times).encode()).hexdigest()
@@ -67,7 +70,7 @@ class TableFile:
         digest = hashlib.sha256(signature(self._trials).encode())
         for path in self._lists():
             digest.update(f"{path.parent.name}\0".encode())
-            digest.update(path.read_bytes())
+            digest.update(read_whole(path))
         return digest.hexdigest()
 
     def _lists(self) -> list[Path]:
@@ -75,4 +78,4 @@ class TableFile:
 
 
 def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return hashlib.sha256(read_whole(path)).hexdigest()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import chain, repeat
 from pathlib import Path
 from sys import intern
@@ -11,7 +12,9 @@ from sys import intern
 import duckdb
 import pandas as pd
 import pyarrow as pa
+import pyarrow.dataset as ds
 import pyarrow.parquet as pq
+from pyarrow.fs import LocalFileSystem
 
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.store.durable import write_durably
@@ -22,7 +25,8 @@ from gaitlab.store.record import Scalar
 
 _FIRST = ("trial_id", "experiment", "robot", "gait", "surface", "seed", "state", "reason")
 _TICKS = re.compile(r"\bticks\b", re.IGNORECASE)
-_QUESTIONS = (duckdb.StatementType.SELECT, duckdb.StatementType.EXPLAIN)
+_CHECKED = ds.ParquetFragmentScanOptions(page_checksum_verification=True)
+_PARQUET = ds.ParquetFileFormat(default_fragment_scan_options=_CHECKED)
 
 
 def trials_table(
@@ -64,48 +68,67 @@ def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.Da
         UsageError: If DuckDB does not understand the query, or it is not one SELECT.
         StoreError: If a log is damaged.
     """
+    table = trials if isinstance(trials, pd.DataFrame) else ds.dataset(trials, format=_PARQUET)
     with duckdb.connect(":memory:") as connection:
-        connection.execute("SET autoinstall_known_extensions = false")
-        _create_trials(connection, trials)
+        _close(connection)
+        connection.register("trials", table)
         try:
             _require_one_question(sql)
-            files = [_sound(path) for path in logs] if _TICKS.search(sql) else []
             if _TICKS.search(sql):
-                _create_ticks(connection, files)
-            _close_in(connection, [*files, *([trials] if isinstance(trials, Path) else [])])
+                connection.register("ticks", _ticks([_sound(path) for path in logs]))
+            connection.execute("BEGIN TRANSACTION READ ONLY")
             return connection.sql(sql).df()
         except duckdb.Error as error:
-            raise UsageError(_advice(error, connection)) from error
+            known = table.columns if isinstance(table, pd.DataFrame) else table.schema.names
+            raise UsageError(_advice(error, known)) from error
+
+
+def _close(connection: duckdb.DuckDBPyConnection) -> None:
+    """Let a query open no file, not even the store's own, and load and set nothing.
+
+    A SELECT can hold a COPY. The views are therefore read by pyarrow, which only reads.
+    """
+    connection.execute("SET python_enable_replacements = false")
+    connection.execute("SET autoinstall_known_extensions = false")
+    connection.execute("SET enable_external_access = false")
+    connection.execute("SET lock_configuration = true")
 
 
 def _require_one_question(sql: str) -> None:
     """A query asks and changes nothing: no second statement, no COPY, ATTACH, DROP or SET."""
-    statements = duckdb.extract_statements(sql)
-    if len(statements) != 1 or statements[0].type not in _QUESTIONS:
-        found = ", ".join(statement.type.name for statement in statements) or "nothing"
-        raise UsageError(f"a query is one SELECT (or EXPLAIN); this is {found}")
+    kinds = _kinds(sql)
+    if kinds == ["EXPLAIN"]:
+        kinds = _explained(sql)
+    if kinds != ["SELECT"] and not (kinds == ["MULTI"] and _is_table(sql)):
+        found = ", ".join(kinds) or "nothing"
+        raise UsageError(f"a query is one SELECT, with EXPLAIN before it or not; this is {found}")
 
 
-def _close_in(connection: duckdb.DuckDBPyConnection, files: Iterable[Path]) -> None:
-    """Let the query read the store's own files and no others, and load nothing."""
-    folders = ", ".join(_quoted(folder) for folder in sorted({file.parent for file in files}))
-    connection.execute("SET python_enable_replacements = false")
-    connection.execute(f"SET allowed_directories = [{folders}]")
-    connection.execute("SET enable_external_access = false")
+def _kinds(sql: str) -> list[str]:
+    return [statement.type.name for statement in duckdb.extract_statements(sql)]
+
+
+def _explained(sql: str) -> list[str]:
+    """What stands behind EXPLAIN: the first rest of the text that is a statement."""
+    text = sql.encode()
+    for start, _ in duckdb.tokenize(sql)[1:]:
+        with suppress(duckdb.ParserException):
+            return _kinds(text[start:].decode())
+    return ["EXPLAIN"]
+
+
+def _is_table(sql: str) -> bool:
+    """Whether it can stand in place of a table, as a PIVOT can and a COPY of one cannot."""
+    with suppress(duckdb.ParserException):
+        return len(_kinds(f"SELECT * FROM ({sql.rstrip().rstrip(';')}\n)")) == 1
+    return False
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
     """Keep a table as a file that `select` takes; derived, and only worth it when it is long."""
     sink = pa.BufferOutputStream()
     pq.write_table(pa.Table.from_pandas(table, preserve_index=False), sink, compression="zstd")
-    write_durably(path, sink.getvalue().to_pybytes())
-
-
-def _create_trials(connection: duckdb.DuckDBPyConnection, trials: pd.DataFrame | Path) -> None:
-    if isinstance(trials, Path):
-        connection.execute(f"CREATE VIEW trials AS SELECT * FROM read_parquet({_quoted(trials)})")
-    else:
-        connection.register("trials", trials)
+    write_durably(path, sink.getvalue().to_pybytes(), within=path.parent)
 
 
 def _sound(path: Path) -> Path:
@@ -120,27 +143,26 @@ def _sound(path: Path) -> Path:
     return path
 
 
-def _quoted(path: Path) -> str:
-    return "'" + str(path).replace("'", "''") + "'"
-
-
-def _create_ticks(connection: duckdb.DuckDBPyConnection, logs: Sequence[Path]) -> None:
+def _ticks(logs: Sequence[Path]) -> ds.Dataset:
+    """The logs one below the other, read as the query goes; a column that one lacks is missing."""
     if not logs:
         raise UsageError("the store holds no log yet, so there are no ticks; run an experiment")
-    files = ", ".join(_quoted(path) for path in logs)
-    connection.execute(
-        "CREATE VIEW ticks AS SELECT regexp_extract(filename, '([0-9a-f]{32})[.]parquet$', 1) "
-        "AS trial_id, * EXCLUDE (filename) "
-        f"FROM read_parquet([{files}], union_by_name = true, filename = true)"
-    )
+    here, trial_id = LocalFileSystem(), ds.field("trial_id")
+    files = [_PARQUET.make_fragment(str(log), here, trial_id == log.stem) for log in logs]
+    columns = pa.unify_schemas([pa.schema(map(_bare, file.physical_schema)) for file in files])
+    schema = pa.schema([pa.field("trial_id", pa.string()), *columns])
+    return ds.FileSystemDataset(files, schema, _PARQUET, here)
 
 
-def _advice(error: duckdb.Error, connection: duckdb.DuckDBPyConnection) -> str:
-    known = ", ".join(connection.sql("SELECT * FROM trials LIMIT 0").columns)
+def _bare(field: pa.Field) -> pa.Field:
+    return pa.field(field.name, field.type)
+
+
+def _advice(error: duckdb.Error, columns: Iterable[str]) -> str:
     return (
         f"the query failed: {error}\n"
         "Views are `trials` and `ticks`; names with a dot go in double quotes. "
-        f"Columns of trials: {known}"
+        f"Columns of trials: {', '.join(columns)}"
     )
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.log import TrialLog
 from gaitlab.store import parquet
-from gaitlab.store.durable import unwritable, write_durably
+from gaitlab.store.durable import refuse_links, unwritable, write_durably
+from gaitlab.store.entry import trial_file
 from gaitlab.store.lock import Held
 from gaitlab.store.parquet import LogPart, Unreadable
 from gaitlab.store.record import TrialRecord
@@ -35,7 +36,7 @@ class TrialFiles:
 
     def file(self, trial_id: str) -> Path:
         """Where the trial is, or would be."""
-        return self._trials / trial_id[:2] / f"{trial_id}.parquet"
+        return trial_file(self._trials, trial_id)
 
     def commit(self, record: TrialRecord, log: TrialLog | None) -> None:
         """Keep a trial for good; it is there wholly or not at all, whatever happens meanwhile.
@@ -45,7 +46,7 @@ class TrialFiles:
         """
         path = self.file(record.trial_id)
         self.make_way(path)
-        write_durably(path, parquet.encode(record, log))
+        write_durably(path, parquet.encode(record, log), within=self.path)
 
     def make_way(self, path: Path) -> None:
         """Prepare the place of a trial's file: what somebody else wrote there is set aside.
@@ -58,7 +59,7 @@ class TrialFiles:
         try:
             parquet.read_record(path)
         except Unreadable as error:
-            if error.kind in ("newer", "denied"):
+            if error.kind in ("newer", "unreachable"):
                 raise StoreError(f"{error}; it is left as it is") from error
             if error.kind in ("foreign", "older"):
                 self.set_aside(path)
@@ -68,7 +69,9 @@ class TrialFiles:
     def set_aside(self, path: Path) -> Path:
         """Move a file out of the trials without losing it; says where it went."""
         folder = self.path / "aside"
-        target = next(p for p in _numbered(folder / path.name) if not p.exists())
+        target = next(p for p in _numbered(folder / path.name) if not os.path.lexists(p))
+        for place in (path, target):
+            refuse_links(place, self.path)
         try:
             folder.mkdir(exist_ok=True)
             os.replace(path, target)
@@ -127,6 +130,7 @@ class TrialFiles:
         """Drop trials that are to be simulated anew. Only for the run that holds the lock."""
         held.check()
         for trial_id in trial_ids:
+            refuse_links(self.file(trial_id), self.path)
             self.file(trial_id).unlink(missing_ok=True)
 
     @contextmanager

@@ -17,6 +17,7 @@ from sqlalchemy.pool import NullPool
 
 from gaitlab.errors import StoreError
 from gaitlab.store import Store
+from gaitlab.store.durable import NotAFile, open_to_read, refuse_links
 
 PATIENCE = 60.0  # s to wait while another program, a dashboard for instance, reads the file
 CONNECT_TIME = 10  # s to wait for a server
@@ -26,6 +27,7 @@ DRIVERS = {  # modules of each kind of server, of which the first that is instal
     "postgresql": ("psycopg", "psycopg2"),
     "mysql": ("pymysql", "mysqldb"),
 }
+_FILE = (sqlite3.Error, OSError, NotAFile)  # what a file of its own refuses
 INSTALL = {"postgresql": "psycopg2-binary", "mysql": "PyMySQL"}
 
 
@@ -41,6 +43,7 @@ def file_storage(path: Path) -> RDBStorage:
         StoreError: If it cannot be opened.
     """
     with understood(str(path), path):
+        _require_plain(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         # By a creator, because a path with a `%` or `{` in it makes no address.
         return RDBStorage(
@@ -50,6 +53,18 @@ def file_storage(path: Path) -> RDBStorage:
                 "poolclass": NullPool,
             },
         )
+
+
+def _require_plain(path: Path) -> None:
+    """SQLite opens what is there for writing, and its journals beside it, whatever they are.
+
+    Raises:
+        StoreError: If one is a link or no file.
+    """
+    refuse_links(path, path.parents[2])
+    for file in (path.with_name(path.name + ending) for ending in ("", "-journal", "-wal", "-shm")):
+        with suppress(FileNotFoundError):
+            open_to_read(file).close()
 
 
 def server_storage(address: str) -> RDBStorage:
@@ -98,7 +113,7 @@ def understood(where: str, file: Path | None = None) -> Iterator[None]:
     """
     try:
         yield
-    except (SQLAlchemyError, StorageInternalError, ImportError, sqlite3.Error, OSError) as error:
+    except (SQLAlchemyError, StorageInternalError, ImportError, *_FILE) as error:
         raise StoreError(f"{where}: {_advice(error, file)}") from error
     except RuntimeError as error:  # another version's tables
         raise StoreError(f"{where}: {error}") from error

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import io
+import os
 import random
+import re
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +20,9 @@ import pytest
 
 from gaitlab.errors import StoreError
 from gaitlab.log import TrialLog
+from gaitlab.log_columns import columns
 from gaitlab.store import Store, TrialRecord
+from gaitlab.store.merge import merge
 from gaitlab.store.parquet import Unreadable, columns_sha256, read_columns
 from tests import recorded
 from tests.reliability import sweeps
@@ -99,6 +109,94 @@ def test_a_part_of_a_log_is_as_it_was_written_or_refused(store: Store) -> None:
 def log_index(path: Path, name: str) -> int:
     index: int = pq.read_schema(path).get_field_index(name)
     return index
+
+
+def test_a_name_of_a_column_that_is_no_text_any_more_is_damage(store: Store) -> None:
+    """The reader decodes names as UTF-8, which the highest bit of one letter ends."""
+    store.commit(recorded.record(1), recorded.log())
+    path = store.file(recorded.trial_id(1))
+    whole = path.read_bytes()
+    for column in columns(recorded.JOINTS):
+        place = whole.index(b"\x18%c%b" % (len(column.name), column.name.encode())) + 2
+        path.write_bytes(whole[:place] + bytes([whole[place] | 0x80]) + whole[place + 1 :])
+        assert outcome(store) is None, column.name
+        assert [error.kind for error in store.index().unreadable] == ["damaged"]
+
+
+def failing(broken: Path, number: int) -> Callable[[Path], io.FileIO]:
+    """Opens files as ever, but for one whose disk gives an error at every read."""
+
+    class Failing(io.FileIO):
+        def read(self, size: int | None = -1) -> bytes:
+            raise OSError(number, os.strerror(number))
+
+    return lambda path: (Failing if path == broken else io.FileIO)(path)
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.EACCES, errno.ESTALE])
+def test_a_disk_that_fails_is_no_damage_of_the_file(
+    store: Store, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    sweeps.run(store, *sweeps.SMALL)
+    right, trials = sweeps.content(store), sorted(store.states())
+    other = Store(store.path.with_name("other"))
+    merge(other, store)
+    (store.path / "index.jsonl").unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr("gaitlab.store.parquet.open_to_read", failing(store.file(trials[0]), number))
+        assert [error.kind for error in store.unsound()] == ["unreachable"]
+        assert sorted(store.states()) == trials[1:]
+        for reading in (store.record, store.log):
+            with pytest.raises(StoreError, match=re.escape(os.strerror(number))):
+                reading(trials[0])
+        for writing in (
+            lambda: store.make_way(store.file(trials[0])),
+            lambda: sweeps.run(store, *sweeps.SMALL),
+            lambda: merge(store, other),
+        ):
+            with pytest.raises(StoreError, match=re.escape(os.strerror(number))):
+                writing()
+    assert sweeps.run(store, *sweeps.SMALL).cached == len(trials)
+    assert sweeps.content(store) == right
+
+
+def test_a_process_that_may_open_no_file_judges_none(store: Store) -> None:
+    sweeps.run(store, *sweeps.SMALL)
+    right, trial_id = sweeps.content(store), next(iter(store.states()))
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (os.dup(0), hard))
+    try:
+        for reading in (store.index, store.rebuild, lambda: store.record(trial_id)):
+            with pytest.raises(StoreError, match="open files"):
+                reading()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert sweeps.content(store) == right
+
+
+WITHOUT_MEMORY = """
+import resource, sys
+from pathlib import Path
+from gaitlab.store import Store
+import pyarrow.parquet
+store = Store(Path(sys.argv[1]))
+store.index()
+used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + int(sys.argv[2]),) * 2)
+try:
+    print(list(store.unsound()))
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+
+
+@pytest.mark.parametrize("room", [0, 1_000_000, 20_000_000])
+def test_a_process_without_memory_judges_no_file(store: Store, room: int) -> None:
+    store.commit(recorded.record(1), recorded.log(30_000))
+    words = [sys.executable, "-c", WITHOUT_MEMORY, str(store.path), str(room)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout.startswith(f"StoreError {store.path}"), done
+    assert os.strerror(errno.ENOMEM) in done.stdout
 
 
 def flipped(content: bytes, chance: random.Random) -> bytes:

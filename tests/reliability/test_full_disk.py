@@ -209,7 +209,7 @@ def test_a_trial_without_permission_to_read_is_named_and_never_replaced(tmp_path
 
     def check() -> None:
         done = gaitlab_alone("status", "--store", str(store.path))
-        assert f"not counted: {path}: denied" in done.stderr
+        assert f"not counted: {path}: unreachable" in done.stderr
         done = gaitlab_alone(*command(store.path), *words)
         assert (done.returncode, "Traceback" in done.stderr) == (7, False), done.stderr
 
