@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from gaitlab.documents import Node, build, collected, dump, plain
+from gaitlab.documents import Node, build, checked, collected, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
-from gaitlab.experiment.assembly import read_parts
+from gaitlab.experiment.assembly import read_depends, read_parts
 from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
 from gaitlab.experiment.design import Design
 from gaitlab.experiment.design_reading import box_paths, low_values, read_design
@@ -19,14 +19,16 @@ from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
-from gaitlab.experiment.study import Study
+from gaitlab.experiment.study import Choices, Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
-from gaitlab.plugins import locate
+from gaitlab.plugins import forget_user_code, locate
+from gaitlab.trial import Plugin
 
 REPRODUCTION = "reproduction"  # key of a file that is no experiment
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
+MOST_REHEARSED = 100  # values of a path at which one's own code is watched before anything runs
 LARGEST_SEED = 2**63 - 1
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
 
@@ -189,6 +191,7 @@ def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
 
 
 def _walk(tree: Node) -> _Walk:
+    forget_user_code()
     sections = build(Sections, tree, skip=())
     columns = varied_columns(sections, box_paths(sections.design))
     given = {
@@ -202,7 +205,44 @@ def _walk(tree: Node) -> _Walk:
         raise FileError([*error.problems, *_study_problems(sections)]) from error
     study = read_study(sections.study, parts, _seeds(sections.seeds))
     axes, design = _varied(sections, parts, columns)
+    parts = _with_all_files(sections, parts, axes, study)
     return _Walk(sections, parts, axes, study, design)
+
+
+def _with_all_files(
+    sections: Sections, parts: Parts, axes: Sequence[Axis], study: Study | None
+) -> Parts:
+    """Parts whose code is known by everything that it is made of, as far as anybody sees."""
+    if all(code.digest is None for code in parts.codes):
+        if sections.depends is not None:
+            message = (
+                "depends: no robot, gait or controller here is a file of your own; leave it out"
+            )
+            raise FileError([sections.depends.problem(message)])
+        return parts
+    parts.rehearse({})
+    for axis in (*axes, *_ends(study)):
+        for row in axis.rows[:MOST_REHEARSED]:
+            parts.rehearse(dict(zip(axis.paths, row, strict=True)))
+    declared = read_depends(sections.depends)
+
+    def completed(code: Plugin, node: Node) -> Plugin:
+        return checked(node, lambda: code.completed(declared))
+
+    balance = parts.balance_code
+    return replace(
+        parts,
+        robot_code=completed(parts.robot_code, sections.robot),
+        gait_code=completed(parts.gait_code, sections.gait),
+        balance_code=balance and completed(balance, sections.balance or sections.gait),
+    )
+
+
+def _ends(study: Study | None) -> Iterator[Axis]:
+    """What a study searches, each parameter at its ends or through its options."""
+    for item in study.search if study else ():
+        values = item.options if isinstance(item, Choices) else (item.low, item.high)
+        yield Axis(paths=(item.path,), rows=tuple((value,) for value in values))
 
 
 def _varied(

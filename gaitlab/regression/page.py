@@ -222,8 +222,8 @@ def _trials(outcome: Outcome) -> str:
     why = (
         "the versions, the processor or the code above did"
         if outcome.surroundings
-        else "nothing that is known did: a file that the gait reads but that no id tells of, "
-        "or the simulation does not repeat itself here"
+        else "nothing that is known did: code of one's own goes by the clock, by chance or by what "
+        "this machine is set to, or the simulation does not repeat itself here"
     )
     return (
         f"Other bits in {len(outcome.differing)} of {outcome.compared} trials whose declared "
