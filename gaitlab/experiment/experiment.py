@@ -19,7 +19,7 @@ from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
-from gaitlab.experiment.study import Choices, Study
+from gaitlab.experiment.study import Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
 from gaitlab.plugins import forget_user_code, locate
 from gaitlab.trial import Plugin
@@ -241,8 +241,7 @@ def _with_all_files(
 def _ends(study: Study | None) -> Iterator[Axis]:
     """What a study searches, each parameter at its ends or through its options."""
     for item in study.search if study else ():
-        values = item.options if isinstance(item, Choices) else (item.low, item.high)
-        yield Axis(paths=(item.path,), rows=tuple((value,) for value in values))
+        yield Axis(paths=(item.path,), rows=tuple((value,) for value in item.ends))
 
 
 def _varied(

@@ -198,14 +198,29 @@ class Parts:
             return
         with suppress(Exception, SystemExit), catch_warnings(), np.errstate(all="ignore"):
             simplefilter("ignore")
-            robot, gait = (changed(getattr(self, g), by_group[g]) for g in ("robot", "gait"))
-            walking = min(self.horizon.cycles * gait.gait_period, self.horizon.time)
-            feet = gait.feet(np.linspace(0.0, gait.startup_time + walking, REHEARSED))
-            joint_commands(robot, feet)
-            balance = self.balanced(by_group["balance"], robot)
+            made = self.varied(changes)
+            end = made.gait.startup_time + made.walking_time
+            feet = made.gait.feet(np.linspace(0.0, end, REHEARSED))
+            joint_commands(made.robot, feet)
+            balance = self.balanced(by_group["balance"], made.robot)
             if balance is not None:
                 upright = Attitude(pitch=0.0, roll=0.0, pitch_rate=0.0, roll_rate=0.0)
                 balance.controller(feet, self.engine.dt).correction(0, upright)
+
+    def varied(self, changes: Mapping[str, Value]) -> Parts:
+        """The same with what changes of full dotted paths make of robot, gait and horizon.
+
+        Raises:
+            WrongValue, ValueError: If a part itself refuses the combination.
+        """
+        groups = ("robot", "gait", "horizon")
+        made = {g: changed(getattr(self, g), changes_of(g, changes)) for g in groups}
+        return dataclasses.replace(self, **made)
+
+    @property
+    def walking_time(self) -> float:
+        """Longest time that is walked after the start-up, in [s]."""
+        return min(self.horizon.cycles * self.gait.gait_period, self.horizon.time)
 
     def base_values(self, path: str) -> list[Value]:
         """Values of a dotted path before it is varied; several if surfaces or servos differ."""
