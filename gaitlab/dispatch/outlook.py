@@ -84,7 +84,7 @@ def cost(planned: Plan, trials: int, jobs: int) -> Cost:
 def outlook(experiment: Experiment, store: Store) -> Outlook:
     """How every cell of an experiment stands, without running or writing anything."""
     planned = plan(experiment)
-    past = Past(basis(experiment), store.earlier(experiment.name))
+    past = Past(basis(experiment), store.earlier(experiment.listed_as))
     standing = standings(store.index(), past)
     cells: dict[int, Counter[Standing]] = {}
     values: dict[int, Mapping[str, object]] = {}

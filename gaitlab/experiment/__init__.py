@@ -45,7 +45,7 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.design import Design, Follower, Quantity
-from gaitlab.experiment.experiment import Experiment, load_experiment
+from gaitlab.experiment.experiment import Experiment, form_of, in_form, load_experiment
 from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, changes_of, owned, try_out
 from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
 from gaitlab.experiment.schema import ReportSettings
@@ -66,6 +66,8 @@ __all__ = [
     "changed",
     "changes_of",
     "combinations",
+    "form_of",
+    "in_form",
     "is_reproduction",
     "load_experiment",
     "owned",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,6 +31,8 @@ DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
 MOST_REHEARSED = 100  # values of a path at which one's own code is watched before anything runs
 LARGEST_SEED = 2**63 - 1
+LONGEST_NAME = 100  # characters of a folder of the store
+LONGEST_FORM = 50  # characters that tell of options
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
 
 
@@ -39,6 +42,8 @@ class Experiment:
 
     Attributes:
         name: Name of its results.
+        form: What the command line has made of the file, in letters that a folder may have; empty
+            for the file as it stands. A form has its own list of trials and its own page.
         title: What is asked, one line; empty if the file does not say.
         description: A paragraph; empty if the file does not say.
         path: File it was read from.
@@ -69,6 +74,12 @@ class Experiment:
     report: ReportSettings
     study: Study | None = None
     design: Design | None = None
+    form: str = ""
+
+    @property
+    def listed_as(self) -> str:
+        """What its list of trials and its page are called: its name, and its form if it has one."""
+        return in_form(self.name, self.form)
 
     def parts_of(self, values: Mapping[str, Value]) -> Parts:
         """Parts that a cell of these values starts from."""
@@ -106,11 +117,36 @@ def load_experiment(
         )
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]
+    as_written, changes = plain(tree), list[str]()
     for setting in settings:
-        tree = apply_setting(tree, setting)
+        before, tree = plain(tree), apply_setting(tree, setting)
+        if plain(tree) != before and not setting.startswith("name="):
+            changes.append(setting)
     as_read = not (included or settings)
     text = path.read_text("utf-8-sig") if as_read else _resolved_text(path, tree, settings)
-    return _experiment(path, tree, text)
+    found = _experiment(path, tree, text)
+    # A study keeps its name, under which its database refuses what asks for something else.
+    changed = plain(tree) != as_written and found.study is None
+    return replace(found, form=form_of(changes)) if changed else found
+
+
+def form_of(options: Sequence[str]) -> str:
+    """What tells the form of a file apart that options of the command line make of it.
+
+    `seeds=5` is `seeds-5`; where other letters are lost, or too many, a digest follows.
+    """
+    shown = [re.sub(r"[^A-Za-z0-9_.]+", "-", option).strip("-.") for option in options]
+    whole, lossless = "+".join(shown), all(re.fullmatch(r"[\w.]+=[\w.]+", o) for o in options)
+    if lossless and len(whole) <= LONGEST_FORM:
+        return whole
+    digest = hashlib.sha256("\n".join(options).encode()).hexdigest()[:8]
+    return f"{whole[:LONGEST_FORM].rstrip('+-.')}+{digest}"
+
+
+def in_form(name: str, form: str) -> str:
+    """Name of a form's list and page, as long as a folder of the store may be."""
+    room = LONGEST_NAME - len(form) - 1
+    return f"{name[:room]}+{form}" if form else name
 
 
 def _replicates(seeds: int) -> int:
