@@ -53,12 +53,25 @@ def _verdict(outcome: Outcome) -> str:
 def _fell(falls: Falls) -> str:
     before, tonight = falls.before, falls.tonight
     if before and tonight:
-        return f"falls went from {_of(before)} to {_of(tonight)}"
+        return f"falls went from {_of(before)} to {_of(tonight)}{_alone(falls)}"
     told = [
         f"{_of(before)} before" if before else "no baseline",
         f"{_of(tonight)} tonight" if tonight else "nothing walked tonight",
     ]
     return f"falls: {', '.join(told)}"
+
+
+def _alone(falls: Falls) -> str:
+    """Falls of walks that have no partner: in new cells and seeds, and in those that are gone."""
+    told = [
+        f"{_of(tally)} {where}"
+        for tally, where in (
+            (falls.alone_tonight, "that only tonight has"),
+            (falls.alone_before, "that only the baseline has"),
+        )
+        if tally
+    ]
+    return f", besides {' and '.join(told)}" if told else ""
 
 
 def _of(tally: Tally) -> str:

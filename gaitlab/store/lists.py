@@ -48,7 +48,7 @@ class TrialList:
     Attributes:
         experiment: Name of the experiment.
         digest: Digest of the experiment as it was resolved.
-        trials: Each trial once.
+        trials: Each trial once, or once for each name under which a ground asks for it.
         basis: Digest of each part that the cells share, by what the part is called.
         file: The experiment's file; empty in a list that an early version wrote.
     """
@@ -79,9 +79,9 @@ def write_listed(
     """The same from the lines of the list: a search knows its trials without planning them."""
     folder = experiments / checked_name(experiment.listed_as)
     require_one_file(experiments, experiment)
-    unique: dict[str, Listed] = {}
+    unique: dict[tuple[str, Scalar], Listed] = {}
     for line in lines:
-        unique.setdefault(line.trial_id, line)
+        unique.setdefault((line.trial_id, line.values.get("surface")), line)
     found = TrialList(
         experiment=experiment.listed_as,
         digest=experiment.digest,
