@@ -23,7 +23,7 @@ from gaitlab.metrics import Value
 State = Literal["DONE", "INFEASIBLE", "FAILED"]
 NO_VALUE = 0.1  # added to the loss when an objective has no value, if only for want of its metric
 UNWALKED = 2.0  # loss of a trial that never walked; a fall at the first instant loses 1
-FARTHEST = 10.0  # bounds; a violation by more than this is as bad as this
+FARTHEST = 10.0  # bounds; a miss by more is as bad as this, and only one without a value is worse
 ROUNDING = 1e-9  # trials; forgives 0.1 x 30 being above 3
 TO_THE_END = "walking to the end"  # what the last violation asks for
 
@@ -101,6 +101,33 @@ def violation_names(study: Study) -> tuple[str, ...]:
     return (*(constraint.text for constraint in study.constraints), TO_THE_END)
 
 
+def misses(study: Study, objectives: Sequence[float], violations: Sequence[float]) -> list[str]:
+    """What a candidate that is not allowed lacks, in words, from its evaluation.
+
+    A number in brackets is what it misses in sizes of the bound.
+    """
+    found = []
+    for constraint, violation in zip(study.constraints, violations, strict=False):
+        if violation > FARTHEST + NO_VALUE + ROUNDING:
+            found.append(f"{constraint.text}, for a fall leaves it without a value")
+        elif violation > FARTHEST:
+            found.append(f"{constraint.metric}, which has no value in these walks")
+        elif violation > 0.0:
+            least = "at least " if violation == FARTHEST else ""
+            found.append(f"{constraint.text} ({least}{violation:.3g})")
+    undefined = [
+        objective.metric
+        for objective, value in zip(study.objectives, objectives, strict=False)
+        if not isfinite(value)
+    ]
+    lost = violations[-1] - (NO_VALUE if undefined else 0.0)
+    if lost > ROUNDING:
+        found.append(f"{TO_THE_END} ({lost:.3g})")
+    elif undefined:
+        found.append(f"{' and '.join(undefined)}, which has no value in these walks")
+    return found
+
+
 def score(wanted: Objective | Constraint, trials: Sequence[Outcome]) -> float:
     """Value of an objective, or of what a constraint bounds, over all trials."""
     by_surface: dict[str, list[float]] = {}
@@ -155,7 +182,7 @@ def _violation(constraint: Constraint, trials: Sequence[Outcome]) -> float:
     """How far a constraint is missed, in sizes of its bound; more than FARTHEST with losses."""
     value = score(constraint, trials)
     if not isfinite(value):
-        return FARTHEST + _mean_loss(trials)
+        return FARTHEST + NO_VALUE + _mean_loss(trials)
     missing = constraint.bound - value if constraint.at_least else value - constraint.bound
     return min(missing / (abs(constraint.bound) or 1.0), FARTHEST)
 

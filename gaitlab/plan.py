@@ -9,7 +9,16 @@ from typing import Any
 
 from gaitlab.balancing import Balance
 from gaitlab.body import Robot
-from gaitlab.experiment import Experiment, Parts, Value, changed, combinations, owned, try_out
+from gaitlab.experiment import (
+    Experiment,
+    Parts,
+    Value,
+    changed,
+    changes_of,
+    combinations,
+    owned,
+    try_out,
+)
 from gaitlab.motion import Gait
 from gaitlab.plugins import label
 from gaitlab.servos import Servo
@@ -164,7 +173,7 @@ class _Maker:
         }
 
     def _part(self, group: str, owner: Any, values: Mapping[str, Value], name: str = "") -> Any:
-        changes = _changes(group, values)
+        changes = changes_of(group, values)
         if group == "surface":
             changes = owned(owner, changes)
         key = (group, name, values.get("robot"), *changes.items())
@@ -174,24 +183,22 @@ class _Maker:
         return self.made[key]
 
     def _balance(self, parts: Parts, robot: Robot, values: Mapping[str, Value]) -> Balance | None:
-        changes = _changes("balance", values)
-        key = ("balance", values.get("robot"), *changes.items(), *_changes("robot", values).items())
+        changes = changes_of("balance", values)
+        key = (
+            "balance",
+            values.get("robot"),
+            *changes.items(),
+            *changes_of("robot", values).items(),
+        )
         if key not in self.made:
             self.made[key] = parts.balanced(changes, robot)
         balance: Balance | None = self.made[key]
         return balance
 
     def _servos(self, parts: Parts, robot: Robot, values: Mapping[str, Value]) -> tuple[Servo, ...]:
-        changes = _changes("servo", values)
-        key = ("servo", values.get("robot"), *changes.items(), *_changes("robot", values).items())
+        changes = changes_of("servo", values)
+        key = ("servo", values.get("robot"), *changes.items(), *changes_of("robot", values).items())
         if key not in self.made:
             self.made[key] = parts.servos(changes, robot)
         servos: tuple[Servo, ...] = self.made[key]
         return servos
-
-
-def _changes(group: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    start = f"{group}."
-    return {
-        path.removeprefix(start): value for path, value in values.items() if path.startswith(start)
-    }

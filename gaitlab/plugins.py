@@ -11,17 +11,15 @@ import dataclasses
 import difflib
 import hashlib
 import importlib
-import importlib.util
 import re
-import sys
 import traceback
 from collections.abc import Iterable
 from os.path import expanduser
 from pathlib import Path
-from types import ModuleType
 from typing import Literal
 
 from gaitlab.errors import FileError, Problem, UnknownName
+from gaitlab.own_code import OwnCode
 from gaitlab.parameters import parameter_table
 
 Kind = Literal["gait", "robot", "balance", "metric", "servo", "surface", "motion", "experiment"]
@@ -61,7 +59,11 @@ MEMBERS: dict[str, tuple[str, ...]] = {  # of their protocols
     "robot": ("name", "feet", "tree", "sole", "joint_targets", "hip_offset"),
     "balance": ("imu", "joints", "controller"),
 }
+Files = tuple[tuple[str, str], ...]  # names beside a file, each with the SHA-256 of what it holds
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
+
+
+_loaded: dict[tuple[Path, Files], OwnCode] = {}
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -183,8 +185,16 @@ def code_digest(kind: Kind, name: str, relative_to: Path | None = None) -> str |
     return None if is_shipped(kind, path) else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def load_class(kind: CodeKind, name: str, relative_to: Path | None = None) -> type:
+def load_class(
+    kind: CodeKind, name: str, relative_to: Path | None = None, files: Files = ()
+) -> type:
     """Class `Gait`, `Robot` or `Balance` of the file that a name stands for.
+
+    Args:
+        kind: What it is.
+        name: A name, or a file with its suffix.
+        relative_to: Folder that a relative file starts from; the working directory by default.
+        files: Further files that the code is made of, as far as known; others, other code.
 
     Raises:
         UnknownName: If there is no such file.
@@ -194,7 +204,7 @@ def load_class(kind: CodeKind, name: str, relative_to: Path | None = None) -> ty
     if is_shipped(kind, path):
         module = importlib.import_module(f"gaitlab.{IN_PACKAGE[kind]}.{path.stem}")
     else:
-        module = _user_module(path)
+        module = user_code(path, files).module
     found = getattr(module, kind.capitalize(), None)
     if not (isinstance(found, type) and dataclasses.is_dataclass(found)):
         raise _wrong_file(
@@ -221,26 +231,27 @@ def _require_members(kind: CodeKind, path: Path, cls: type) -> None:
         raise _wrong_file(path, None, f"the class lacks {', '.join(lacking)}; {needs}")
 
 
-def _user_module(path: Path) -> ModuleType:
-    """Module of a file of the user's own; the same text gives the same module."""
-    text = path.read_bytes()
-    name = f"gaitlab_user_{hashlib.sha256(str(path).encode() + b':' + text).hexdigest()[:24]}"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, path)
-        if spec is None or spec.loader is None:
-            raise _wrong_file(path, None, "cannot be loaded as Python")
-        module = sys.modules[name] = importlib.util.module_from_spec(spec)
-        _execute(path, text, module)
-    return sys.modules[name]
+def user_code(path: Path, files: Files = ()) -> OwnCode:
+    """A file of the user's own, loaded; the same text with the same files gives the same module.
+
+    Raises:
+        FileError: If it does not load.
+    """
+    known = _loaded.get((path, files))
+    if known is None or not known.unchanged:
+        known = OwnCode(path)
+        try:
+            known.execute()
+        except (Exception, SystemExit) as error:
+            raise blamed(path, "does not load", error) from error
+        _loaded[path, files] = known
+    return known
 
 
-def _execute(path: Path, text: bytes, module: ModuleType) -> None:
-    # Compiled here and not by the loader, whose bytecode cache goes by mtime and may be stale.
-    try:
-        exec(compile(text, str(path), "exec"), module.__dict__)
-    except (Exception, SystemExit) as error:
-        del sys.modules[module.__name__]
-        raise blamed(path, "does not load", error) from error
+def forget_user_code() -> None:
+    """Load files of the user's own anew when next asked for, so that what they read is seen."""
+    for path, files in [key for key in _loaded if not key[1]]:
+        del _loaded[path, files]
 
 
 def blamed(path: Path, what: str, error: BaseException) -> FileError:

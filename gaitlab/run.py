@@ -77,14 +77,22 @@ class _Outcome(NamedTuple):
 
 def _outcome(trial: Mapping[str, Any]) -> _Outcome:
     try:
-        log = simulate(Trial.from_dict(dict(trial)))
-        return _Outcome("DONE", metrics=measure(log), log=log)
-    except Infeasible as error:
-        return _Outcome("INFEASIBLE", str(error))
+        made = Trial.from_dict(dict(trial))
+        outcome = _walked(made)
+        made.require_complete()
+        return outcome
     except MemoryError:
         raise
     except (Exception, SystemExit) as error:  # a user's own code may call sys.exit
         return _Outcome("FAILED", _reason(error))
+
+
+def _walked(trial: Trial) -> _Outcome:
+    try:
+        log = simulate(trial)
+        return _Outcome("DONE", metrics=measure(log), log=log)
+    except Infeasible as error:
+        return _Outcome("INFEASIBLE", str(error))
 
 
 def _reason(error: BaseException) -> str:

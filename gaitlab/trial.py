@@ -9,7 +9,8 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import operator
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -20,7 +21,16 @@ from gaitlab.body import Robot
 from gaitlab.canonical import Value, canonical_json, fragment, instance, values
 from gaitlab.errors import WrongValue
 from gaitlab.motion import Gait
-from gaitlab.plugins import CodeKind, code_digest, is_shipped, load_class, locate
+from gaitlab.own_code import digest_of
+from gaitlab.plugins import (
+    CodeKind,
+    Files,
+    code_digest,
+    is_shipped,
+    load_class,
+    locate,
+    user_code,
+)
 from gaitlab.servos import Servo
 from gaitlab.settings import EngineSettings, Horizon, Spread
 from gaitlab.surfaces import SURFACE_TYPES, Surface
@@ -29,6 +39,7 @@ from gaitlab.surfaces import SURFACE_TYPES, Surface
 # numbers for the same trial: every stored result is then simulated anew.
 PHYSICS_VERSION = 2
 CODED: tuple[CodeKind, ...] = ("robot", "gait", "balance")  # parts of a trial that are code
+SHOWN_FILES = 5  # of what a file of code is made of, in a message
 ID_LENGTH = 32  # hex digits, 128 bits: no collision in any store
 
 
@@ -53,15 +64,100 @@ class Plugin:
     Attributes:
         name: Name of a shipped one, the absolute file of a user's own.
         digest: SHA-256 of the text of a user's own; None for a shipped one.
+        files: What else a user's own is made of: the modules that it imports and the files that it
+            reads, each by its path from the folder of the file, with its SHA-256.
+        declared: Whether the experiment says which files those are that nobody sees it read.
     """
 
     name: str
     digest: str | None
+    files: Files = ()
+    declared: bool = False
 
     @property
     def identity(self) -> str:
-        """What tells it apart: its text, or for a shipped one its name."""
-        return self.name if self.digest is None else f"sha256:{self.digest}"
+        """What tells it apart: its text and its files, or for a shipped one its name."""
+        if not self.files:
+            return self.name if self.digest is None else f"sha256:{self.digest}"
+        whole = canonical_json([self.digest, *self.files])
+        return f"sha256:{hashlib.sha256(whole.encode()).hexdigest()}"
+
+    @property
+    def told(self) -> str:
+        """Its file, and in brackets what else it is made of."""
+        names = [name for name, _ in self.files]
+        more = [f"and {len(names) - SHOWN_FILES} more"] if len(names) > SHOWN_FILES else []
+        return f"{self.name} ({', '.join([*names[:SHOWN_FILES], *more])})" if names else self.name
+
+    def to_dict(self) -> dict[str, Any]:
+        """It as JSON data; what it does not have is left out."""
+        further = {"files": dict(self.files), "declared": self.declared}
+        used = {key: value for key, value in further.items() if value}
+        return {"name": self.name, "digest": self.digest, **used}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Plugin:
+        """What `to_dict` described."""
+        return cls(**{**data, "files": tuple(sorted(data.get("files", {}).items()))})
+
+    def file(self, name: str) -> Path:
+        """Where one of its files is."""
+        return Path(os.path.abspath(Path(self.name).parent / name))
+
+    def completed(self, declared: Sequence[Path] | None) -> Plugin:
+        """The same with every file that it has read since it was loaded, and those declared.
+
+        Args:
+            declared: What the experiment says that it depends on; None if it does not say.
+
+        Raises:
+            WrongValue: If it may have read what nobody saw, and nothing is declared.
+        """
+        if self.digest is None:
+            return self
+        own = user_code(Path(self.name))
+        if own.unseen and declared is None:
+            raise WrongValue(f"{own.path.name} {_unseen(own.unseen)}")
+        found = {**own.read, **{path: digest_of(path) for path in declared or ()}}
+        folder = own.path.parent
+        files = {Path(os.path.relpath(path, folder)).as_posix(): d for path, d in found.items()}
+        files.pop(own.path.name, None)
+        return dataclasses.replace(
+            self, files=tuple(sorted(files.items())), declared=declared is not None
+        )
+
+    def require_complete(self) -> None:
+        """Refuse what was made with a file that planning did not know of.
+
+        Raises:
+            WrongValue: Names the file, and how to declare it.
+        """
+        if self.digest is None:
+            return
+        own = user_code(Path(self.name), self.files)
+        if own.unseen and not self.declared:
+            raise WrongValue(f"{own.path.name} {_unseen(own.unseen)}")
+        known = {self.file(name): digest for name, digest in self.files}
+        for path, digest in own.read.items():
+            if path not in known:
+                raise WrongValue(
+                    f"{own.path.name} has read {path}, which it did not read when the trial was "
+                    "planned, so that the trial is not named by it; write `depends: "
+                    f"[{os.path.relpath(path)}]` into the experiment, relative to its file"
+                )
+            if digest != known[path]:
+                raise WrongValue(f"{path} {_CHANGED}; run the experiment again")
+
+
+_CHANGED = "has changed since the trial was planned"
+
+
+def _unseen(ways: Mapping[str, object]) -> str:
+    return (
+        f"{' and '.join(ways)}; what it reads there belongs to every trial and cannot be seen. Say "
+        "what it is: `depends: [table.csv]` in the experiment lists files or folders, "
+        "`depends: []` says that there are none"
+    )
 
 
 def plugin(kind: CodeKind, name: str, relative_to: Path | None = None) -> Plugin:
@@ -173,7 +269,7 @@ class Trial:
             "physics_version": PHYSICS_VERSION,
             "names": self.names.to_dict(),
             **{
-                kind: {"code": dataclasses.asdict(code), "values": values(getattr(self, kind))}
+                kind: {"code": code.to_dict(), "values": values(getattr(self, kind))}
                 for kind in CODED
                 if (code := getattr(self, f"{kind}_code")) is not None
             },
@@ -184,6 +280,17 @@ class Trial:
             "spread": values(self.spread),
             "seed": self.seed,
         }
+
+    def require_complete(self) -> None:
+        """Refuse a result that rests on a file of which the identity knows nothing.
+
+        Raises:
+            WrongValue: Names the file of the user's own and what it has read.
+        """
+        for kind in CODED:
+            code: Plugin | None = getattr(self, f"{kind}_code")
+            if code is not None:
+                code.require_complete()
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Trial:
@@ -204,7 +311,7 @@ class Trial:
 
     @classmethod
     def _made(cls, data: Mapping[str, Any]) -> Trial:
-        codes = {kind: Plugin(**data[kind]["code"]) for kind in CODED if kind in data}
+        codes = {kind: Plugin.from_dict(data[kind]["code"]) for kind in CODED if kind in data}
         made = {kind: _unpacked(kind, codes[kind], data[kind]["values"]) for kind in codes}
         return cls(
             robot=made["robot"],
@@ -239,7 +346,15 @@ def _unpacked(kind: CodeKind, code: Plugin, given: Mapping[str, Value]) -> Any:
     found = code_digest(kind, code.name)
     if found != code.digest:
         raise WrongValue(
-            f"{code.name} has changed since the trial was planned (SHA-256 {code.digest} then, "
-            f"{found} now); plan the experiment again"
+            f"{code.name} {_CHANGED} (SHA-256 {code.digest} then, {found} now); "
+            "plan the experiment again"
         )
-    return instance(load_class(kind, code.name), given)
+    for name, digest in code.files:
+        path = code.file(name)
+        if not path.is_file() or digest_of(path) != digest:
+            what = _CHANGED if path.is_file() else "is gone since the trial was planned"
+            raise WrongValue(
+                f"{path} {what}, and {Path(code.name).name} is made of it; "
+                "plan the experiment again"
+            )
+    return instance(load_class(kind, code.name, files=code.files), given)

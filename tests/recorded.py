@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -68,4 +69,7 @@ def planned(numbers: range, **values: object) -> list[SimpleNamespace]:
 
 
 def experiment(name: str = "sweep") -> SimpleNamespace:
-    return SimpleNamespace(name=name, text=f"name: {name}\n", digest="d" * 64)
+    path = Path(f"{name}.yaml")
+    return SimpleNamespace(
+        name=name, listed_as=name, path=path, text=f"name: {name}\n", digest="d" * 64
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -117,6 +118,59 @@ def test_a_changed_value_runs_only_the_new_cells(swept) -> None:
     done = swept("run", EXPERIMENT, "-n", "--json", "--set", setting)
     counts = json.loads(done.out)
     assert (counts["cached"], counts["to_run"]["new"]) == (16, 8)
+
+
+def listed_as(gaitlab) -> set[str]:
+    """Experiments with their trials, as the view has them."""
+    rows = json.loads(
+        gaitlab(
+            "query", "SELECT experiment, count(*) n FROM trials GROUP BY 1", "--format", "json"
+        ).out
+    )
+    return {f"{row['experiment']}: {row['n']}" for row in rows}
+
+
+@pytest.mark.parametrize(
+    ("options", "form"),
+    [
+        (["--seeds", "2"], r"pretended\+seeds-2: 48"),
+        (["--set", "seeds=2"], r"pretended\+seeds-2: 48"),
+        (["--set", "surfaces=[hard_floor]"], r"pretended\+surfaces-hard_floor\+[0-9a-f]{8}: 12"),
+        (["--set", "gait.step_height=0.02"], r"pretended\+gait.step_height-0.02: 24"),
+    ],
+)
+def test_a_form_of_an_experiment_has_a_list_of_its_own(swept, options, form) -> None:
+    before = listed_as(swept)
+    assert before == {"pretended: 24"}
+    ran = swept("run", EXPERIMENT, "-j", "0", *options)
+    assert before < listed_as(swept)
+    (found,) = listed_as(swept) - before
+    assert re.fullmatch(form, found)
+    assert f"listed as {found.partition(':')[0]}" in ran.err
+
+
+def test_a_setting_that_changes_nothing_makes_no_form(swept) -> None:
+    swept("run", EXPERIMENT, "-j", "0", "--set", "seeds=1")
+    assert listed_as(swept) == {"pretended: 24"}
+
+
+def test_a_file_that_is_edited_replaces_its_own_list_only(gaitlab, tmp_path: Path) -> None:
+    text = Path(EXPERIMENT).read_text()
+    for folder in ("old", "new"):
+        Path(folder).mkdir()
+        Path(folder, "walk.yaml").write_text(f"{text}\ntitle: {folder}\n")
+    gaitlab("run", "old/walk.yaml", "-j", "0")
+    Path("old/walk.yaml").write_text(f"{text}\ntitle: edited\n")
+    assert gaitlab("run", "old/walk.yaml", "-j", "0").code == 0
+    before = gaitlab("query", "SELECT * FROM trials").out
+    for command in (["run", "-j", "0"], ["report"], ["status"]):
+        refused = gaitlab(command[0], "new/walk.yaml", *command[1:])
+        assert refused.code == 2
+        assert str(tmp_path / "old" / "walk.yaml") in refused.err
+    assert gaitlab("query", "SELECT * FROM trials").out == before
+    assert gaitlab("run", "new/walk.yaml", "-j", "0", "--store", "other").code == 0
+    Path("old/walk.yaml").rename("moved.yaml")
+    assert gaitlab("run", "new/walk.yaml", "-j", "0").code == 0
 
 
 def test_a_dry_run_shows_cells_reasons_and_cost_and_touches_nothing(gaitlab) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -60,7 +61,7 @@ def test_unknown_digits_list_the_nearest(store: Store, digits: str) -> None:
 
 def test_a_misspelt_experiment_is_corrected(store: Store) -> None:
     (name,) = store.experiments()
-    with pytest.raises(UnknownName, match=name):
+    with pytest.raises(UnknownName, match=f"did you mean '{re.escape(name)}'"):
         trial_at(store, f"{name[:-1]}/0")
 
 

@@ -79,7 +79,7 @@ def test_falls_in_standing_are_counted_and_told_of_as_soon_as_a_cell_is_sure(
     assert "carpet_4mm" in text
     second = dispatch(experiment(seeds=seeds), store, jobs=0)
     assert (second.cached, second.fell_standing) == (CELLS * seeds, first.fell_standing)
-    table = store.table("pretended")
+    table = store.table(f"pretended+seeds-{seeds}")
     assert table["fell_standing"].sum() == first.fell_standing
     answer = store.query("SELECT count(*) AS n FROM trials WHERE fell_standing AND fell")
     assert answer["n"][0] == first.fell_standing

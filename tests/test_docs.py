@@ -19,10 +19,14 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 APART = ("adding", "export", "nightly", "optimising")  # pages with tests of their own
 # Steps in place on two grounds, half a cycle each; enough to report, to query and to film.
-TINY = shlex.split(
-    "--seeds 1 --set horizon.cycles=0.5 --set surfaces=[grass_50mm,hard_floor] "
-    "--set grid.gait.step_length=[0]"
-)
+TINY = """\
+name: eros_quick
+include: {shipped}
+seeds: 1
+horizon: {{cycles: 0.5}}
+surfaces: [grass_50mm, hard_floor]
+grid: {{gait.step_length: [0]}}
+"""
 LINK = re.compile(r"\]\((?!https?:|#)([^)\s]+)\)")
 
 
@@ -70,7 +74,10 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (folder / name).write_text(text)
     for name in ("stand.yaml", "stand.py"):
         shutil.copy(ROOT / "tests" / "data" / name, folder / name)
-    ran = gaitlab("run", "eros_quick", *TINY, folder=folder)
+    (folder / "experiments").mkdir()
+    shipped = ROOT / "experiments" / "eros_quick.yaml"
+    (folder / "experiments" / "eros_quick.yaml").write_text(TINY.format(shipped=shipped))
+    ran = gaitlab("run", "eros_quick", folder=folder)
     assert ran.returncode == 0, ran.stderr
     return folder
 

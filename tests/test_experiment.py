@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,8 @@ from gaitlab.documents import parse
 from gaitlab.errors import FileError, UnknownName, UsageError
 from gaitlab.experiment import is_reproduction, load_experiment
 from gaitlab.plan import plan
-from gaitlab.plugins import names
+from gaitlab.plugins import locate, names
+from gaitlab.report.variants import value_text
 from tests.written import EXPERIMENT, GAIT, changed, problems, read, write
 
 TABLE_ROWS = {0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, -0.04, -0.08, -0.12}  # m, half the travel
@@ -461,3 +463,55 @@ def test_any_text_is_an_experiment_or_refused_as_one(tmp_path_factory, text: str
     with pytest.raises(FileError) as caught:
         load_experiment(path)
     assert caught.value.problems
+
+
+CLOSE = "[0.02, 0.020000000000000004]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gait.step_length: [0.0, 0.02, 1e-1]", f"gait.step_length: {CLOSE}"),
+        ("gait.heel_strike: [none, add]", f"gait.step_length: {CLOSE}"),
+        ("seeds: 4", f"one_at_a_time: {{gait.step_height: {CLOSE}}}\nseeds: 4"),
+        ("seeds: 4", "one_at_a_time: {gait.step_height: [0.020000000000000004]}\nseeds: 4"),
+    ],
+)
+def test_values_that_differ_by_rounding_are_refused(tmp_path: Path, old: str, new: str) -> None:
+    text = changed(old, new)
+    if "heel_strike" in old:
+        text = text.replace("  gait.step_length: [0.0, 0.02, 1e-1]\n", "")
+    (problem,) = problems(tmp_path, text)
+    assert "by rounding only" in problem.message
+    assert problem.line is not None
+
+
+def test_values_that_somebody_may_mean_are_told_apart(tmp_path: Path) -> None:
+    text = changed("[0.0, 0.02, 1e-1]", "[0.02, 0.020001, 0.02000001]")
+    found = [row[0] for row in read(tmp_path, text).axes[0].rows]
+    assert len({value_text(value) for value in found}) == 3
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "more"),
+    [
+        ("[./one.yaml, ./two.yaml]", ""),
+        ("[./one.yaml, ./high.yaml]", "surface: {height: 0.03}"),
+        ("[./one.yaml, ./high.yaml]", "design: 1"),
+    ],
+)
+def test_two_grounds_of_equal_numbers_are_refused(tmp_path: Path, surfaces, more) -> None:
+    shipped = locate("surface", "grass_30mm").read_text()
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.yaml").write_text(f"# {name}\n{shipped}")
+    high = re.sub(r"(\nheight: \{value: )[^,]+", r"\g<1>0.04", shipped)
+    assert high != shipped
+    (tmp_path / "high.yaml").write_text(high)
+    text = changed("surfaces: [grass_50mm, carpet_4mm]", f"surfaces: {surfaces}")
+    if more == "design: 1":
+        text = text.replace("grid:\n", "grid:\n  surface.height: [0.03, 0.04]\n")
+    else:
+        text += f"{more}\n"
+    (problem,) = problems(tmp_path, text)
+    assert "are the same ground" in problem.message
+    assert problem.line is not None

@@ -12,7 +12,15 @@ from hypothesis import strategies as st
 from gaitlab.experiment import study as s
 from gaitlab.experiment.falling import BACKWARDS, MEASURED, MISLEADING, NOWHERE
 from gaitlab.metrics import metric
-from gaitlab.objectives import Outcome, aggregated, counted, evaluate, score, violation_names
+from gaitlab.objectives import (
+    Outcome,
+    aggregated,
+    counted,
+    evaluate,
+    misses,
+    score,
+    violation_names,
+)
 
 NUMBERS = st.floats(-1e3, 1e3).map(lambda x: round(x, 6))
 LISTS = st.lists(NUMBERS, min_size=1, max_size=12)
@@ -270,6 +278,24 @@ def test_a_metric_that_is_not_defined_is_lost_on_standing_feet_too() -> None:
     found = evaluate(study(wanted), [standing(cost_of_transport=nan), standing(seed=1)])
     assert isinf(found.objectives[0])
     assert not found.feasible
+
+
+def test_a_value_that_is_not_defined_is_told_apart_from_a_miss_and_from_a_fall() -> None:
+    inside = s.Constraint(metric="zmp_margin_p5", bound=0.1, at_least=True)
+    asked = study(s.Objective(metric="energy", direction="minimize"), constraints=(inside,))
+
+    def told(fell: bool, **metrics: float) -> str:
+        known = {"fell": fell, "walked_time": 1.0, **metrics}
+        found = evaluate(asked, [Outcome(surface="a", seed=0, state="DONE", metrics=known)])
+        return "; ".join(misses(asked, found.objectives, found.violations))
+
+    assert told(False, energy=1.0, zmp_margin_p5=0.2) == ""
+    assert told(False, energy=1.0, zmp_margin_p5=0.0) == "zmp_margin_p5 >= 0.1 (1)"
+    assert told(False, energy=1.0, zmp_margin_p5=-9.0) == "zmp_margin_p5 >= 0.1 (at least 10)"
+    assert told(False, energy=1.0) == "zmp_margin_p5, which has no value in these walks"
+    assert told(False, zmp_margin_p5=0.2) == "energy, which has no value in these walks"
+    assert "walking to the end (0.5)" in told(True, energy=1.0, zmp_margin_p5=0.2)
+    assert "has no value" not in told(True, energy=1.0, zmp_margin_p5=0.2)
 
 
 def test_a_violation_is_counted_in_sizes_of_its_bound() -> None:

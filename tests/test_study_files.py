@@ -9,9 +9,11 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from gaitlab import metrics
 from gaitlab.cli import run_command_line
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment import Experiment, load_experiment, refuse_study, study_of
+from gaitlab.experiment.goal_reading import HAS
 from gaitlab.experiment.samplers import SAMPLERS
 from gaitlab.experiment.study import (
     Aggregate,
@@ -275,6 +277,56 @@ def test_a_mistake_is_answered_at_its_place(tmp_path, old, new, place, words) ->
     assert here, [str(p) for p in found]
     assert (here[0].line, here[0].column) == place_of(text, place, start)
     assert here[0].file.name == "search.yaml"
+
+
+@pytest.mark.parametrize(
+    ("aim", "robot", "need"),
+    [
+        ("rms_balancing_moment", "eros", "a robot on a gantry"),
+        ("peak_balancing_moment", "eros", "a robot on a gantry"),
+        ("coupling_residual", "eros", "belts or gears"),
+        ("zmp_normalised_outside", "eros", "force sensors"),
+        ("cost_of_transport", "still", "to get ahead"),
+        ("slip_ratio", "still", "to get ahead"),
+        ("pitch_amplitude", "short", "one whole cycle"),
+        ("load_index_crossings", "short", "one whole cycle"),
+    ],
+)
+@pytest.mark.parametrize("section", ["objectives: [{minimize: %s}]", "constraints: ['%s <= 1']"])
+def test_what_no_walk_can_have_is_refused(tmp_path, section, aim, robot, need) -> None:
+    text = f"""\
+robot: eros
+gait: {{type: eros, step_length: {0.0 if robot == "still" else 0.02}}}
+surfaces: [hard_floor]
+horizon: {{cycles: {0.5 if robot == "short" else 2}}}
+study:
+  search: {{gait.step_height: [0.02, 0.03]}}
+  objectives: [{{maximize: upright_time}}]
+"""
+    kept = "  objectives: [{maximize: upright_time}]\n" if "objectives" in section else ""
+    text = text.replace(kept, "") + f"  {section % aim}\n"
+    found = [p for p in problems(tmp_path, text) if need in p.message]
+    assert [p.line for p in found] == [text.count("\n")]
+    text = text.replace("cycles: 0.5", "cycles: 1")
+    text = text.replace("gait.step_height: [0.02, 0.03]", "gait.step_length: [0.0, 0.03]")
+    if robot != "eros":
+        read(tmp_path, text)
+
+
+def test_shipped_robots_have_what_some_metrics_need(tmp_path: Path) -> None:
+    for robot, aim in {"biped": "rms_balancing_moment", "nao": "zmp_normalised_outside"}.items():
+        text = (
+            f"robot: {robot}\ngait: {{type: {robot}}}\nsurfaces: [hard_floor]\nstudy:\n"
+            f"  search: {{servo.position_gain: [20, 30]}}\n  objectives: [{{minimize: {aim}}}]\n"
+        )
+        study = read(tmp_path, text).study
+        assert study is not None
+        assert study.objectives[0].metric == aim
+
+
+@pytest.mark.parametrize("name", [name for name in metrics.names() if metrics.needs(name)])
+def test_what_a_metric_needs_is_known(name: str) -> None:
+    assert set(metrics.needs(name)) <= set(metrics.REQUISITES) == set(HAS)
 
 
 @pytest.mark.parametrize("key", ["search", "objectives"])

@@ -110,7 +110,9 @@ def baseline(
         _refuse_worse(found, output)
     write_baseline(found, output)
     stable = sum(walk.stable for walk in found.walks)
-    say(f"{output}: {plural(len(found.walks), 'trial')} of {found.experiment}, {stable} stable")
+    out = sum(walk.state == "INFEASIBLE" for walk in found.walks)
+    counts = f"{stable} stable, {len(found.walks) - stable - out} fell, {out} out of reach"
+    say(f"{output}: {plural(len(found.walks), 'trial')} of {found.experiment}, {counts}")
     return 0
 
 

@@ -110,7 +110,7 @@ def _run_in_turn(members: Sequence[Experiment], store: Store, asked: Asked) -> d
             done[member.name] = dispatch(
                 member, store, jobs=asked.workers, retry_failed=asked.retry_failed, progress=told
             )
-        tell_reasons(store, member.name, done[member.name])
+        tell_reasons(store, member.listed_as, done[member.name])
     return done
 
 

@@ -142,7 +142,7 @@ def status(
     results = Store(store)
     index = _rebuilt(results) if rebuild else results.index()
     lists, damaged = results.lists()
-    wanted = list(lists) if experiment is None else _asked(experiment, lists)
+    wanted = list(lists) if experiment is None else _asked(experiment, lists, results)
     chosen = {name: lists[name] for name in wanted if name in lists}
     if experiment is not None and wanted[0] in damaged:
         raise damaged[wanted[0]]
@@ -185,7 +185,7 @@ def _tell_left_out(problem: Exception) -> None:
     tell(f"not counted: {problem}")
 
 
-def _asked(experiment: str, lists: Mapping[str, TrialList]) -> list[str]:
+def _asked(experiment: str, lists: Mapping[str, TrialList], results: Store) -> list[str]:
     """Names of what is asked for: of a file, or of every experiment of a reproduction."""
     from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.plugins import is_file_name, names
@@ -196,8 +196,12 @@ def _asked(experiment: str, lists: Mapping[str, TrialList]) -> list[str]:
         if is_reproduction(experiment):
             from gaitlab.reproduction import load_reproduction
 
-            return [member.name for member in load_reproduction(experiment).members]
-        return [load_experiment(experiment).name if is_file_name(experiment) else experiment]
+            return [member.listed_as for member in load_reproduction(experiment).members]
+        if not is_file_name(experiment):
+            return [experiment]
+        wanted = load_experiment(experiment)
+        results.require_one_file(wanted)
+        return [wanted.listed_as]
 
 
 def _rebuilt(results: Store) -> Index:

@@ -122,7 +122,9 @@ def run(
     except KeyboardInterrupt:
         tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
         return INTERRUPTED
-    tell_reasons(results, wanted.name, summary)
+    tell_reasons(results, wanted.listed_as, summary)
+    if wanted.form:
+        tell(f"the trials of this form of {wanted.name} are listed as {wanted.listed_as}")
     say(_outcome(summary, again, as_json, json_lines))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
 

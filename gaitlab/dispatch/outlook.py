@@ -84,7 +84,7 @@ def cost(planned: Plan, trials: int, jobs: int) -> Cost:
 def outlook(experiment: Experiment, store: Store) -> Outlook:
     """How every cell of an experiment stands, without running or writing anything."""
     planned = plan(experiment)
-    past = Past(basis(experiment), store.earlier(experiment.name))
+    past = Past(basis(experiment), store.earlier(experiment.listed_as))
     standing = standings(store.index(), past)
     cells: dict[int, Counter[Standing]] = {}
     values: dict[int, Mapping[str, object]] = {}
@@ -97,7 +97,7 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
         standings=[cells[index] for index in sorted(cells)],
         values=[values[index] for index in sorted(values)],
         trial_seconds=planned.seconds,
-        own_code=tuple(code.name for code in codes if code.digest is not None),
+        own_code=tuple(code.told for code in codes if code.digest is not None),
         swept=experiment.design.texts if experiment.design else {},
     )
 

@@ -112,7 +112,7 @@ class _Sweep:
         """
         index, times = self.store.compact(), dict[str, float]()
         parts = basis(self.experiment)
-        past = Past(parts, self.store.earlier(self.experiment.name))
+        past = Past(parts, self.store.earlier(self.experiment.listed_as))
         trials = self._timed(planned, times)
         listed = self.store.register(self.experiment, trials, parts)
         standing = standings(index, past)

@@ -12,6 +12,7 @@ SI units and radians throughout. Keys:
       - {robot: nao, gait: nao}         each may have servo:, engine: and a name:
       - {include: bases/bioloid.yaml}   robot, gait, servo, engine of a base file
     balance: {type: ankle_hip, ankle_pitch_gain: 0.3}   closes the loop; by default none
+    depends: [./lift.csv, ./tables] what code of one's own reads where nobody sees it read
     surfaces: [grass_50mm, ./our_field.yaml]
     surface: {toe_catch: 5.0}       set on every surface, which must have the parameter
     servo: {type: mx_28, supply: 11.1}   set on every servo; `type` replaces the robot's choice
@@ -44,8 +45,8 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 from gaitlab.experiment.axes import Axis, combinations
 from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.design import Design, Follower, Quantity
-from gaitlab.experiment.experiment import Experiment, load_experiment
-from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, owned, try_out
+from gaitlab.experiment.experiment import Experiment, form_of, in_form, load_experiment
+from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, changes_of, owned, try_out
 from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
@@ -63,7 +64,10 @@ __all__ = [
     "Value",
     "candidate",
     "changed",
+    "changes_of",
     "combinations",
+    "form_of",
+    "in_form",
     "is_reproduction",
     "load_experiment",
     "owned",

@@ -152,6 +152,39 @@ def _with_own_files(cls: type, node: Node) -> Node:
     return node.replaced(**found)
 
 
+def read_depends(node: Node | None) -> list[Path] | None:
+    """Files that code of the user's own is made of, as declared; a folder stands for all in it.
+
+    Returns:
+        None if nothing is declared.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    if node is None:
+        return None
+    if not isinstance(node.value, tuple):
+        message = (
+            f"depends: found {node.found()}; expected a list of files and folders, [./lift.csv]"
+        )
+        raise FileError([node.problem(message)])
+    problems: list[Problem] = []
+    found: list[Path] = []
+    for item in node.items:
+        place = item.folder / str(item.value)
+        if isinstance(item.value, str) and is_file_name(item.value) and place.is_file():
+            found.append(place)
+        elif isinstance(item.value, str) and is_file_name(item.value) and place.is_dir():
+            inside = (path for path in sorted(place.rglob("*")) if "__pycache__" not in path.parts)
+            found += [path for path in inside if path.is_file()]
+        else:
+            what = f"{item.found()}: there is no such file; expected one relative to {item.folder}"
+            problems.append(item.problem(f"depends: found {what}, a folder with a slash, ./tables"))
+    if problems:
+        raise FileError(problems)
+    return found
+
+
 def read_surfaces(sections: Sections) -> dict[str, Surface]:
     """Surfaces by label, each with the section `surface` applied.
 

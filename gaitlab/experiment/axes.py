@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
+from math import isclose
 from types import MappingProxyType
 
+from gaitlab.canonical import fragment
 from gaitlab.documents import Node, checked
 from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
-from gaitlab.experiment.parts import GROUPS, Parts, Value
+from gaitlab.experiment.parts import GROUPS, Parts, Value, changed, changes_of, owned
 from gaitlab.experiment.schema import Sections
 
+ROUNDING = 1e-9  # relative; two values of a list that differ by less are one
+MOST_COMPARED = 200  # combinations of grounds that are looked at for equal ones
 MOST_TRIED = 2000  # combinations of one part that are tried before anything runs
 
 
@@ -147,9 +151,34 @@ def read_axes(
         axes.append(checked(sections.one_at_a_time, lambda: _one_at_a_time(paths, parts, values)))
     keys = {column.path: column.key for column in columns} | dict(places)
     problems += _impossible(parts, axes, keys)
+    if not problems:
+        problems += _same_grounds(parts, axes, keys, sections.surfaces)
     if problems:
         raise FileError(problems)
     return tuple(axes)
+
+
+def _same_grounds(
+    parts: Parts, axes: Sequence[Axis], keys: Mapping[str, Node], listed: Node
+) -> Iterator[Problem]:
+    """Grounds of equal numbers: their trials would be the same ones under two names."""
+    touching = [axis for axis in axes if any(p.startswith("surface.") for p in axis.paths)]
+    for values in islice(combinations(touching), MOST_COMPARED):
+        changes = changes_of("surface", values)
+        known: dict[tuple[str, str], str] = {}
+        for name, ground in parts.surfaces.items():
+            made = changed(ground, owned(ground, changes))
+            other = known.setdefault((made.type, fragment(made)), name)
+            if other != name:
+                where = ", ".join(f"surface.{path} = {v}" for path, v in changes.items())
+                where = f" at {where}" if where else ""
+                place = keys[next(iter(touching[0].paths))] if where else listed
+                yield place.problem(
+                    f"surfaces: {other} and {name} are the same ground{where}, for all "
+                    "their numbers are equal, and would share every trial; change one of them or "
+                    "leave it out"
+                )
+                return
 
 
 def _paths(node: Node | None) -> tuple[str, ...]:
@@ -172,8 +201,26 @@ def _values(column: Column, parts: Parts, problems: list[Problem]) -> Iterator[V
             continue
         if value in seen and column.section != "zip":
             problems.append(node.problem(f"{column.path}: {value} is listed twice; keep one"))
+        problems += nearly_listed(node, column.path, value, seen)
         seen.add(value)
         yield value
+
+
+def nearly_listed(node: Node, path: str, value: Value, listed: Iterable[Value]) -> list[Problem]:
+    """A value that differs from another by no more than rounding: two cells that look alike."""
+    close = [other for other in listed if other != value and _nearly_equal(other, value)]
+    return [
+        node.problem(
+            f"{path}: {value!r} and {other!r} differ by rounding only, and would be two cells that "
+            "look alike; keep one"
+        )
+        for other in close[:1]
+    ]
+
+
+def _nearly_equal(one: Value, other: Value) -> bool:
+    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in (one, other))
+    return numbers and isclose(float(one), float(other), rel_tol=ROUNDING)
 
 
 def _unequal(sections: Sections, values: Mapping[str, tuple[Value, ...]]) -> Iterator[Problem]:
@@ -201,8 +248,14 @@ def _one_at_a_time(
     centre = tuple(_base_value(parts, path) for path in paths)
     rows = [centre]
     for index, path in enumerate(paths):
-        changed = (value for value in values[path] if value != centre[index])
-        rows += [(*centre[:index], value, *centre[index + 1 :]) for value in changed]
+        moved = [value for value in values[path] if value != centre[index]]
+        if any(_nearly_equal(value, centre[index]) for value in moved):
+            raise WrongValue(
+                f"one_at_a_time: {path}: {moved} has a value that differs from the base, "
+                f"{centre[index]!r}, by rounding only, and would be a cell that looks alike; leave "
+                "it out"
+            )
+        rows += [(*centre[:index], value, *centre[index + 1 :]) for value in moved]
     return Axis(paths=paths, rows=tuple(rows))
 
 

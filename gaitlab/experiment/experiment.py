@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from gaitlab.documents import Node, build, collected, dump, plain
+from gaitlab.documents import Node, build, checked, collected, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
-from gaitlab.experiment.assembly import read_parts
+from gaitlab.experiment.assembly import read_depends, read_parts
 from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
 from gaitlab.experiment.design import Design
 from gaitlab.experiment.design_reading import box_paths, low_values, read_design
@@ -21,13 +22,17 @@ from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.experiment.study import Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
-from gaitlab.plugins import locate
+from gaitlab.plugins import forget_user_code, locate
+from gaitlab.trial import Plugin
 
 REPRODUCTION = "reproduction"  # key of a file that is no experiment
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
 MOST_SEEDS = 10**9  # replicates
+MOST_REHEARSED = 100  # values of a path at which one's own code is watched before anything runs
 LARGEST_SEED = 2**63 - 1
+LONGEST_NAME = 100  # characters of a folder of the store
+LONGEST_FORM = 50  # characters that tell of options
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
 
 
@@ -37,6 +42,8 @@ class Experiment:
 
     Attributes:
         name: Name of its results.
+        form: What the command line has made of the file, in letters that a folder may have; empty
+            for the file as it stands. A form has its own list of trials and its own page.
         title: What is asked, one line; empty if the file does not say.
         description: A paragraph; empty if the file does not say.
         path: File it was read from.
@@ -67,6 +74,12 @@ class Experiment:
     report: ReportSettings
     study: Study | None = None
     design: Design | None = None
+    form: str = ""
+
+    @property
+    def listed_as(self) -> str:
+        """What its list of trials and its page are called: its name, and its form if it has one."""
+        return in_form(self.name, self.form)
 
     def parts_of(self, values: Mapping[str, Value]) -> Parts:
         """Parts that a cell of these values starts from."""
@@ -104,11 +117,36 @@ def load_experiment(
         )
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]
+    as_written, changes = plain(tree), list[str]()
     for setting in settings:
-        tree = apply_setting(tree, setting)
+        before, tree = plain(tree), apply_setting(tree, setting)
+        if plain(tree) != before and not setting.startswith("name="):
+            changes.append(setting)
     as_read = not (included or settings)
     text = path.read_text("utf-8-sig") if as_read else _resolved_text(path, tree, settings)
-    return _experiment(path, tree, text)
+    found = _experiment(path, tree, text)
+    # A study keeps its name, under which its database refuses what asks for something else.
+    changed = plain(tree) != as_written and found.study is None
+    return replace(found, form=form_of(changes)) if changed else found
+
+
+def form_of(options: Sequence[str]) -> str:
+    """What tells the form of a file apart that options of the command line make of it.
+
+    `seeds=5` is `seeds-5`; where other letters are lost, or too many, a digest follows.
+    """
+    shown = [re.sub(r"[^A-Za-z0-9_.]+", "-", option).strip("-.") for option in options]
+    whole, lossless = "+".join(shown), all(re.fullmatch(r"[\w.]+=[\w.]+", o) for o in options)
+    if lossless and len(whole) <= LONGEST_FORM:
+        return whole
+    digest = hashlib.sha256("\n".join(options).encode()).hexdigest()[:8]
+    return f"{whole[:LONGEST_FORM].rstrip('+-.')}+{digest}"
+
+
+def in_form(name: str, form: str) -> str:
+    """Name of a form's list and page, as long as a folder of the store may be."""
+    room = LONGEST_NAME - len(form) - 1
+    return f"{name[:room]}+{form}" if form else name
 
 
 def _replicates(seeds: int) -> int:
@@ -189,6 +227,7 @@ def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
 
 
 def _walk(tree: Node) -> _Walk:
+    forget_user_code()
     sections = build(Sections, tree, skip=())
     columns = varied_columns(sections, box_paths(sections.design))
     given = {
@@ -202,7 +241,43 @@ def _walk(tree: Node) -> _Walk:
         raise FileError([*error.problems, *_study_problems(sections)]) from error
     study = read_study(sections.study, parts, _seeds(sections.seeds))
     axes, design = _varied(sections, parts, columns)
+    parts = _with_all_files(sections, parts, axes, study)
     return _Walk(sections, parts, axes, study, design)
+
+
+def _with_all_files(
+    sections: Sections, parts: Parts, axes: Sequence[Axis], study: Study | None
+) -> Parts:
+    """Parts whose code is known by everything that it is made of, as far as anybody sees."""
+    if all(code.digest is None for code in parts.codes):
+        if sections.depends is not None:
+            message = (
+                "depends: no robot, gait or controller here is a file of your own; leave it out"
+            )
+            raise FileError([sections.depends.problem(message)])
+        return parts
+    parts.rehearse({})
+    for axis in (*axes, *_ends(study)):
+        for row in axis.rows[:MOST_REHEARSED]:
+            parts.rehearse(dict(zip(axis.paths, row, strict=True)))
+    declared = read_depends(sections.depends)
+
+    def completed(code: Plugin, node: Node) -> Plugin:
+        return checked(node, lambda: code.completed(declared))
+
+    balance = parts.balance_code
+    return replace(
+        parts,
+        robot_code=completed(parts.robot_code, sections.robot),
+        gait_code=completed(parts.gait_code, sections.gait),
+        balance_code=balance and completed(balance, sections.balance or sections.gait),
+    )
+
+
+def _ends(study: Study | None) -> Iterator[Axis]:
+    """What a study searches, each parameter at its ends or through its options."""
+    for item in study.search if study else ():
+        yield Axis(paths=(item.path,), rows=tuple((value,) for value in item.ends))
 
 
 def _varied(

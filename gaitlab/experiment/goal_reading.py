@@ -11,18 +11,27 @@ constraints:
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Literal, NamedTuple, TypeVar, cast, get_args, get_type_hints
 
+from gaitlab.body import gantry_of
 from gaitlab.documents import Node, check
 from gaitlab.errors import FileError, Problem
 from gaitlab.experiment.falling import BACKWARDS, MISLEADING
+from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.study import Aggregate, Constraint, Direction, Objective
-from gaitlab.metrics import metric, names, unit_of
+from gaitlab.metrics import REQUISITES, metric, names, needs, unit_of
 from gaitlab.parameters import Parameter
-from gaitlab.plugins import suggestion
+from gaitlab.plugins import label, suggestion
 
-T = TypeVar("T")
+T = TypeVar("T", Objective, Constraint)
+HAS: dict[str, Callable[[Parts], bool]] = {  # whether a walk has what a metric may need
+    "gantry": lambda walk: gantry_of(walk.robot) != "none",
+    "couplings": lambda walk: any(joint.servo is None for joint in walk.robot.tree.joints),
+    "force sensors": lambda walk: walk.robot.sole.sensors(0) is not None,
+    "distance": lambda walk: walk.gait.step_length != 0.0,
+    "cycle": lambda walk: walk.walking_time > walk.gait.gait_period - 1.1 * walk.engine.dt,
+}
 DIRECTIONS = cast(tuple[Direction, ...], get_args(Direction))
 BOUNDS = ("at_least", "at_most")
 FURTHER = ("seeds", "surfaces", "fallen")  # keys of objectives and constraints alike
@@ -39,12 +48,15 @@ class _Further(NamedTuple):
     fallen: float | None
 
 
-def read_objectives(node: Node | None, section: Node) -> tuple[Objective, ...]:
+def read_objectives(
+    node: Node | None, section: Node, walks: Sequence[Parts] = ()
+) -> tuple[Objective, ...]:
     """What is better.
 
     Args:
         node: The section; None if there is none.
         section: What it belongs to.
+        walks: What is walked at the ends of what is searched; empty if that is not known.
 
     Raises:
         FileError: All mistakes.
@@ -56,26 +68,28 @@ def read_objectives(node: Node | None, section: Node) -> tuple[Objective, ...]:
             "{maximize: METRIC} or {minimize: METRIC}, `gaitlab list metrics` names them"
         )
         raise FileError([(node or section).problem(message)])
-    return tuple(_each(node.items or (node,), _objective, "objectives"))
+    return tuple(_each(node.items or (node,), _objective, "objectives", walks))
 
 
-def read_constraints(node: Node | None) -> tuple[Constraint, ...]:
-    """What is not allowed.
+def read_constraints(node: Node | None, walks: Sequence[Parts] = ()) -> tuple[Constraint, ...]:
+    """What is not allowed; `walks` as of `read_objectives`.
 
     Raises:
         FileError: All mistakes.
     """
     if node is None or node.value in (None, ()):
         return ()
-    found = tuple(_each(node.items or (node,), _constraint, "constraints"))
+    found = tuple(_each(node.items or (node,), _constraint, "constraints", walks))
     problems = [node.problem(message) for message in _contradictions(found)]
     if problems:
         raise FileError(problems)
     return found
 
 
-def _each(nodes: tuple[Node, ...], read: Callable[[Node], T], section: str) -> Iterator[T]:
-    """Everything that is listed, and no two alike."""
+def _each(
+    nodes: tuple[Node, ...], read: Callable[[Node], T], section: str, walks: Sequence[Parts]
+) -> Iterator[T]:
+    """Everything that is listed, no two alike, each of a metric that these walks can have."""
     problems: list[Problem] = []
     found: list[T] = []
     for node in nodes:
@@ -87,9 +101,22 @@ def _each(nodes: tuple[Node, ...], read: Callable[[Node], T], section: str) -> I
         if item in found:
             problems.append(node.problem(f"{section}: this is listed twice; keep one of them"))
         found.append(item)
+        lacking = _lacking(item.metric, walks)
+        if lacking:
+            message = f"{section}: {item.metric} has no value in any of these walks, for {lacking}"
+            problems.append(node.problem(f"{message}; `gaitlab list metrics` names others"))
     if problems:
         raise FileError(problems)
     yield from found
+
+
+def _lacking(name: str, walks: Sequence[Parts]) -> str:
+    """What a metric needs and none of the walks has; empty if there is nothing."""
+    for need in needs(name) if walks else ():
+        if not any(HAS[need](walk) for walk in walks):
+            robot, gait = label(walks[0].robot_code.name), label(walks[0].gait_code.name)
+            return f"it needs {REQUISITES[need]}, and here the robot is {robot}, the gait {gait}"
+    return ""
 
 
 def _objective(node: Node) -> Objective:

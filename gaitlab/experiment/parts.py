@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
 
 from gaitlab.balancing import Balance, require_joints
 from gaitlab.body import Robot
-from gaitlab.commands import require_playable
+from gaitlab.commands import joint_commands, require_playable
 from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
+from gaitlab.imu import Attitude
 from gaitlab.motion import Gait, require_walk
 from gaitlab.parameters import Parameter, get_path, parameter_table
 from gaitlab.plugins import is_file_name, label, locate, names, nearest, suggestion
@@ -46,6 +51,7 @@ SERVO_TYPE = Parameter(
 )
 
 
+REHEARSED = 50  # instants of a walk at which one's own code is watched
 NO_BALANCE = "none"  # a balance controller that there is not
 
 
@@ -168,7 +174,7 @@ class Parts:
         Raises:
             WrongValue, ValueError: If the part itself refuses the combination.
         """
-        inner = {path.partition(".")[2]: value for path, value in changes.items()}
+        inner = changes_of(group, changes)
         if group == "balance":
             self.balanced(inner)
         elif group == "servo":
@@ -181,6 +187,40 @@ class Parts:
             try_out(group, made)
             if group == "gait":
                 require_playable(made, self.robot, self.servos({}))
+
+    def rehearse(self, changes: Mapping[str, Value]) -> None:
+        """Let code of the user's own make a few targets of a walk, so that what it reads is seen.
+
+        What goes wrong is left to the trial.
+        """
+        by_group = {group: changes_of(group, changes) for group in ("robot", "gait", "balance")}
+        if changes and not any(by_group.values()):
+            return
+        with suppress(Exception, SystemExit), catch_warnings(), np.errstate(all="ignore"):
+            simplefilter("ignore")
+            made = self.varied(changes)
+            end = made.gait.startup_time + made.walking_time
+            feet = made.gait.feet(np.linspace(0.0, end, REHEARSED))
+            joint_commands(made.robot, feet)
+            balance = self.balanced(by_group["balance"], made.robot)
+            if balance is not None:
+                upright = Attitude(pitch=0.0, roll=0.0, pitch_rate=0.0, roll_rate=0.0)
+                balance.controller(feet, self.engine.dt).correction(0, upright)
+
+    def varied(self, changes: Mapping[str, Value]) -> Parts:
+        """The same with what changes of full dotted paths make of robot, gait and horizon.
+
+        Raises:
+            WrongValue, ValueError: If a part itself refuses the combination.
+        """
+        groups = ("robot", "gait", "horizon")
+        made = {g: changed(getattr(self, g), changes_of(g, changes)) for g in groups}
+        return dataclasses.replace(self, **made)
+
+    @property
+    def walking_time(self) -> float:
+        """Longest time that is walked after the start-up, in [s]."""
+        return min(self.horizon.cycles * self.gait.gait_period, self.horizon.time)
 
     def base_values(self, path: str) -> list[Value]:
         """Values of a dotted path before it is varied; several if surfaces or servos differ."""
@@ -229,6 +269,12 @@ class Parts:
 
     def _servo(self, name: str, settings: Mapping[str, Value]) -> Servo:
         return changed(load_servo(name, Path(self.robot_code.name).parent), settings)
+
+
+def changes_of(group: str, changes: Mapping[str, Value]) -> dict[str, Value]:
+    """Those of the changes that concern a part, by the path inside it."""
+    start = f"{group}."
+    return {p.removeprefix(start): value for p, value in changes.items() if p.startswith(start)}
 
 
 def try_out(group: str, made: Any) -> None:

@@ -69,6 +69,9 @@ class Sections:
     walkers: Node | None = parameter(
         None, unit="-", doc="robots with their gaits, instead of `robot` and `gait`"
     )
+    depends: Node | None = parameter(
+        None, unit="-", doc="files or folders that one's own code reads where it is not seen"
+    )
     surfaces: Node = parameter(unit="-", doc="list of names or files")
     surface: Node | None = parameter(None, unit="-", doc="parameters set on every surface")
     servo: Node | None = parameter(None, unit="-", doc="`type` and parameters for every servo")

@@ -15,6 +15,7 @@ from typing import get_args, get_origin
 
 from gaitlab.documents import Node
 from gaitlab.errors import FileError, Problem, WrongValue
+from gaitlab.experiment.axes import nearly_listed
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.ranges import read_ends, unknown_keys
 from gaitlab.experiment.study import Choices, Condition, Numbers
@@ -101,6 +102,7 @@ def _choices(item: Parameter, node: Node, parts: Parts) -> Choices:
             problems.append(option.problem(f"{item.name}: a list cannot be one of the choices"))
         elif _key(value) in map(_key, options):
             problems.append(option.problem(f"{item.name}: {value} is listed twice; keep one"))
+        problems += nearly_listed(option, item.name, value, options)
         options.append(value)
     if len(listed.items) < 2:
         found = f"only {listed.items[0].value!r}" if listed.items else "no value"

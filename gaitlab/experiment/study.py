@@ -56,6 +56,12 @@ class Numbers:
     when: Condition | None = None
 
     @property
+    def ends(self) -> tuple[Value, ...]:
+        """Smallest and largest value."""
+        kind = int if self.integer else float
+        return (kind(self.low), kind(self.high))
+
+    @property
     def text(self) -> str:
         """The range in words: `0.01 to 0.06 in steps of 0.01`."""
         steps = f" in steps of {self.step:g}" if self.step else ""
@@ -76,6 +82,11 @@ class Choices:
     path: str
     options: tuple[Value, ...]
     when: Condition | None = None
+
+    @property
+    def ends(self) -> tuple[Value, ...]:
+        """The options, of which none is an end."""
+        return self.options
 
     @property
     def text(self) -> str:

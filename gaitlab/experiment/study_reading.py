@@ -15,16 +15,17 @@ study:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
 from gaitlab.documents import Node, build, check, collected, in_order
-from gaitlab.errors import FileError, Problem
+from gaitlab.errors import FileError, GaitlabError, Problem
 from gaitlab.experiment.goal_reading import read_constraints, read_objectives
 from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.samplers import misfits, read_sampler
 from gaitlab.experiment.search_reading import first_values, read_search
-from gaitlab.experiment.study import Racing, Study
+from gaitlab.experiment.study import Choices, Numbers, Racing, Study
 from gaitlab.parameters import Parameter, parameter
 
 MOST_TRIALS = 10**6  # candidates
@@ -105,8 +106,11 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
     plain = collected(problems, lambda: build(StudySections, section, skip=()))
     sampler = collected(problems, lambda: read_sampler(given.get("sampler")))
     search = collected(problems, lambda: read_search(given.get("search"), section, parts))
-    objectives = collected(problems, lambda: read_objectives(given.get("objectives"), section))
-    constraints = collected(problems, lambda: read_constraints(given.get("constraints")))
+    walks = _walks(parts, search or ())
+    objectives = collected(
+        problems, lambda: read_objectives(given.get("objectives"), section, walks)
+    )
+    constraints = collected(problems, lambda: read_constraints(given.get("constraints"), walks))
     racing = collected(problems, lambda: (_racing(given.get("racing"), len(seeds)),))
     early_stop = collected(problems, lambda: (_early_stop(given.get("early_stop")),))
     if sampler is not None:
@@ -128,6 +132,19 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
         racing=racing[0],
         early_stop=early_stop[0],
     )
+
+
+def _walks(parts: Parts | None, search: Sequence[Numbers | Choices]) -> list[Parts]:
+    """What is walked at the base and at the ends of what is searched, as far as it can be."""
+    if parts is None:
+        return []
+    found = [parts]
+    rows = [{item.path: value} for item in search for value in item.ends]
+    rows += [{item.path: item.ends[end] for item in search} for end in (0, -1)]
+    for row in rows:
+        with suppress(GaitlabError, ValueError, ArithmeticError, TypeError):
+            found.append(parts.varied(row))
+    return found
 
 
 def _switched(node: Node | None) -> bool | None:

@@ -4,8 +4,8 @@ A metric is a file of this folder with a constant `UNIT` and a function of the f
 takes a `TrialLog`. It reads nothing but the log and raises nothing: what is not defined for a log
 is NaN, or None for words. A constant `BETTER`, `higher` or `lower`, says which way a walk gets
 better; a metric without it takes no side in a comparison. `COUNTS_FALLS = True` says that a fall
-shortens what is measured as it should; other metrics compare only walks that went on. Adding a
-metric is adding a file.
+shortens what is measured as it should; other metrics compare only walks that went on. `NEEDS` says
+without which of `REQUISITES` it has no value whatever happens. Adding a metric is adding a file.
 """
 
 from __future__ import annotations
@@ -24,6 +24,14 @@ from gaitlab.log import TrialLog
 
 Value: TypeAlias = float | bool | int | str | None
 Better: TypeAlias = Literal["higher", "lower", "neither"]
+
+REQUISITES = {  # what a trial may have to have, as the end of a sentence
+    "gantry": "a robot on a gantry",
+    "couplings": "a robot with belts or gears between joints",
+    "force sensors": "a robot with force sensors in its soles",
+    "distance": "a gait that is commanded to get ahead",
+    "cycle": "a horizon of at least one whole cycle of the gait",
+}
 
 
 @cache
@@ -78,6 +86,15 @@ def counts_falls(name: str) -> bool:
         UnknownName: If no file answers to the name; lists those that do.
     """
     return bool(getattr(_module(name), "COUNTS_FALLS", False))
+
+
+def needs(name: str) -> tuple[str, ...]:
+    """Those of `REQUISITES` that a metric has no value without.
+
+    Raises:
+        UnknownName: If no file answers to the name; lists those that do.
+    """
+    return tuple(getattr(_module(name), "NEEDS", ()))
 
 
 def measure(log: TrialLog) -> dict[str, Value]:

@@ -10,6 +10,7 @@ from gaitlab.body import GANTRY_PITCH
 from gaitlab.log import TrialLog
 
 UNIT = "rad"
+NEEDS = ("couplings",)
 
 
 def coupling_residual(log: TrialLog) -> float:

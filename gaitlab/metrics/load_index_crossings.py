@@ -9,6 +9,7 @@ from gaitlab.log import TrialLog
 from gaitlab.sensing import exchanges, load_index_signal
 
 UNIT = "-"
+NEEDS = ("cycle",)
 BETTER = "lower"
 
 

@@ -10,6 +10,7 @@ from gaitlab.body import GANTRY_PITCH
 from gaitlab.log import TrialLog
 
 UNIT = "N m"
+NEEDS = ("gantry",)
 BETTER = "lower"
 
 

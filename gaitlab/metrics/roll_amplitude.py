@@ -9,6 +9,7 @@ import numpy as np
 from gaitlab.log import TrialLog
 
 UNIT = "rad"
+NEEDS = ("cycle",)
 BETTER = "lower"
 
 

@@ -7,6 +7,7 @@ from math import nan
 from gaitlab.log import TrialLog
 
 UNIT = "-"
+NEEDS = ("distance",)
 BETTER = "higher"
 
 

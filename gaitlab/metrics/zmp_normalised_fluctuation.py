@@ -9,6 +9,7 @@ from gaitlab.log import TrialLog
 from gaitlab.sensing import exchanges, normalised_zmp_signal
 
 UNIT = "-"
+NEEDS = ("force sensors", "cycle")
 BETTER = "lower"
 
 

@@ -10,6 +10,7 @@ from gaitlab.log import TrialLog
 from gaitlab.sensing import normalised_zmp_signal
 
 UNIT = "-"
+NEEDS = ("force sensors",)
 BETTER = "lower"
 ROUNDING = 1e-6  # one foot in the air gives 1, up to the digits of the log
 

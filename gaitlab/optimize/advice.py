@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from math import log
 
 from gaitlab.experiment.study import Numbers, Study
-from gaitlab.objectives import violation_names
+from gaitlab.objectives import misses
 from gaitlab.optimize.tally import missed_by, nearest_misses
 from gaitlab.study import Candidate, History
 
@@ -58,17 +58,12 @@ def _what_happened(candidates: Sequence[Candidate]) -> Iterator[str]:
 
 
 def _misses(history: History) -> Iterator[str]:
-    names = violation_names(history.study)
-    yield "Nearest misses:"
+    yield "Nearest misses, in brackets by how much, 1 being the size of the bound:"
     for candidate in nearest_misses(history.candidates, SHOWN):
         values = ", ".join(f"{path} = {value}" for path, value in candidate.values.items())
-        broken = [
-            f"{name} by {violation:.3g}"
-            for name, violation in zip(names, candidate.violations, strict=True)
-            if violation > 0.0
-        ]
+        broken = misses(history.study, candidate.objectives, candidate.violations)
         yield f"  candidate {candidate.number}: {values}"
-        yield f"    misses {'; '.join(broken)} (1 is the size of the bound)"
+        yield f"    misses {'; '.join(broken)}"
 
 
 def _widen(study: Study, nearest: Sequence[Candidate]) -> Iterator[str]:
@@ -76,6 +71,7 @@ def _widen(study: Study, nearest: Sequence[Candidate]) -> Iterator[str]:
         return
     ends = Counter(end for candidate in nearest for end in edges(study, candidate).items())
     if not ends:
-        yield "None of them lies at an end of a range: relax a constraint, or search another one."
+        relax = "relax a constraint, or " if study.constraints else ""
+        yield f"None of them lies at an end of a range: {relax}search another one."
     for (path, end), count in ends.most_common(SHOWN):
         yield f"Widen {path}: {count} of the {len(nearest)} nearest lie at its {end}."

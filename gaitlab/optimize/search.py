@@ -136,7 +136,7 @@ class _Search:
             return "stopped"
 
     def _say_if_rebuilt(self) -> None:
-        earlier = self.store.earlier(self.experiment.name)
+        earlier = self.store.earlier(self.experiment.listed_as)
         if self.database.fresh and earlier and earlier[0].trials and not self.shared:
             self.told.message(
                 f"{self.database.place} is new, but the store knows this study: the search is "

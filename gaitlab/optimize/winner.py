@@ -95,7 +95,7 @@ def _standing_alone(node: Node) -> Node:
         return Node(file=node.file, line=node.line, column=node.column, value=listed)
     if isinstance(node.value, str) and is_file_name(node.value):
         file = node.folder / node.value
-        if file.is_file():
+        if file.exists():
             value = str(file.resolve())
             return Node(file=node.file, line=node.line, column=node.column, value=value)
     return node

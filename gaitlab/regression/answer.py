@@ -42,6 +42,8 @@ def _falls(falls: Falls) -> dict[str, object]:
     return {
         "before": _tally(falls.before),
         "tonight": _tally(falls.tonight),
+        "alone_before": _tally(falls.alone_before),
+        "alone_tonight": _tally(falls.alone_tonight),
         "cells": [
             {"cell": dict(c.cell), "before": _tally(c.before), "tonight": _tally(c.tonight)}
             for c in falls.cells

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gaitlab.regression.baseline import Baseline, Walk
 from gaitlab.regression.matching import matched
@@ -63,10 +63,14 @@ class Falls:
     Attributes:
         cells: In the order of the plan.
         together: Whether only walks count that can be compared; else all there are of a side.
+        alone_before: Walks of the baseline that tonight has nothing to compare with; None without.
+        alone_tonight: Those of tonight.
     """
 
     cells: tuple[CellFalls, ...] = ()
     together: bool = False
+    alone_before: Tally | None = None
+    alone_tonight: Tally | None = None
 
     @property
     def before(self) -> Tally | None:
@@ -99,12 +103,17 @@ class Falls:
 def falls(before: Baseline | None, tonight: Baseline | None) -> Falls:
     """Walks that can be compared, cell by cell; if there are none, all walks of either side."""
     if before and tonight and (cells := matched(before, tonight).cells):
-        return Falls(
+        shared = Falls(
             cells=tuple(
                 CellFalls(cell=c.before[0].cell, before=_tally(c.before), tonight=_tally(c.tonight))
                 for c in cells
             ),
             together=True,
+        )
+        return replace(
+            shared,
+            alone_before=_rest(before.walks, shared.before),
+            alone_tonight=_rest(tonight.walks, shared.tonight),
         )
     old, new = (side.cells if side else {} for side in (before, tonight))
     return Falls(
@@ -123,6 +132,17 @@ def _tally(walks: Sequence[Walk]) -> Tally:
     stable = sum(walk.stable for walk in walks)
     out = sum(walk.state == "INFEASIBLE" for walk in walks)
     return Tally(stable=stable, fell=len(walks) - stable - out, out_of_reach=out)
+
+
+def _rest(walks: Sequence[Walk], shared: Tally | None) -> Tally | None:
+    """Walks beyond those that are counted already; None if there are none."""
+    whole, part = _tally(walks), shared or Tally()
+    rest = Tally(
+        stable=whole.stable - part.stable,
+        fell=whole.fell - part.fell,
+        out_of_reach=whole.out_of_reach - part.out_of_reach,
+    )
+    return rest if rest.n else None
 
 
 def _sum(tallies: Sequence[Tally | None]) -> Tally | None:

@@ -53,12 +53,25 @@ def _verdict(outcome: Outcome) -> str:
 def _fell(falls: Falls) -> str:
     before, tonight = falls.before, falls.tonight
     if before and tonight:
-        return f"falls went from {_of(before)} to {_of(tonight)}"
+        return f"falls went from {_of(before)} to {_of(tonight)}{_alone(falls)}"
     told = [
         f"{_of(before)} before" if before else "no baseline",
         f"{_of(tonight)} tonight" if tonight else "nothing walked tonight",
     ]
     return f"falls: {', '.join(told)}"
+
+
+def _alone(falls: Falls) -> str:
+    """Falls of walks that have no partner: in new cells and seeds, and in those that are gone."""
+    told = [
+        f"{_of(tally)} {where}"
+        for tally, where in (
+            (falls.alone_tonight, "that only tonight has"),
+            (falls.alone_before, "that only the baseline has"),
+        )
+        if tally
+    ]
+    return f", besides {' and '.join(told)}" if told else ""
 
 
 def _of(tally: Tally) -> str:
@@ -222,8 +235,8 @@ def _trials(outcome: Outcome) -> str:
     why = (
         "the versions, the processor or the code above did"
         if outcome.surroundings
-        else "nothing that is known did: a file that the gait reads but that no id tells of, "
-        "or the simulation does not repeat itself here"
+        else "nothing that is known did: code of one's own goes by the clock, by chance or by what "
+        "this machine is set to, or the simulation does not repeat itself here"
     )
     return (
         f"Other bits in {len(outcome.differing)} of {outcome.compared} trials whose declared "

@@ -45,8 +45,10 @@ def write_report(
     """
     if not experiments:
         raise UsageError("a report needs at least one experiment; `gaitlab list experiments`")
+    for experiment in experiments:
+        store.require_one_file(experiment)
     results = gather(experiments, store)
-    folder = output or REPORTS / "+".join(experiment.name for experiment in experiments)
+    folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
     page = write_page(results, sources(experiments, store, results), folder)
     if tables:
         write_tables(page, results)

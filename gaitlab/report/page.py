@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gaitlab.report.cells import cell_tables, legend
 from gaitlab.report.comparison import comparison
+from gaitlab.report.comparison.matching import SCORED, common
 from gaitlab.report.extremes import extremes_section
 from gaitlab.report.falls import falls_by_phase, falls_table, reasons
 from gaitlab.report.figure_style import save
@@ -60,14 +61,12 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     """Write README.md and its figures into a folder; returns the page."""
     folder.mkdir(parents=True, exist_ok=True)
     blocks = [
-        f"# {escape(results.title)}",
+        heading(results),
         escape(results.question),
         _completeness(results, sources),
         verdicts_note(results),
-        f"Stable cells, {seeds_text(results)}:",
-        headline(results),
+        *scores(results),
         gantry_note(sources.parts),
-        runs_table(results),
         details("How to read these tables", *_how_to_read(results)),
         _what_this_says(results, sources),
         comparison(results),
@@ -82,6 +81,29 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     page = folder / "README.md"
     page.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
     return page
+
+
+def _is_whole(results: Results) -> bool:
+    return bool(results.trials["state"].isin(SCORED).all())
+
+
+def heading(results: Results) -> str:
+    """The title, and how many of the planned trials a page speaks of unless of all."""
+    there, planned = int(results.trials["state"].isin(SCORED).sum()), len(results.trials)
+    part = "" if _is_whole(results) else f" ({there} of {planned} trials)"
+    return f"# {escape(results.title)}{part}"
+
+
+def scores(results: Results) -> list[str]:
+    """The first tables. Of variants of which some lack runs, they count what all have."""
+    if len(results.variants) < 2 or _is_whole(results):
+        return [f"Stable cells, {seeds_text(results)}:", headline(results), runs_table(results)]
+    shared = common(results)
+    if shared.trials.empty:
+        return ["**The variants have no run in common yet, so they are not compared.**"]
+    runs = plural(len(shared.trials) // shared.trials["variant"].nunique(), "run")
+    note = f"Stable cells, in the {runs} a variant that all of them have:"
+    return [note, headline(shared), runs_table(shared)]
 
 
 def _completeness(results: Results, sources: Sources) -> str:

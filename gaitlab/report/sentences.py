@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gaitlab.report.cells import STEP, forward_agreement
+from gaitlab.report.comparison.matching import common
 from gaitlab.report.markdown import escape
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
@@ -50,8 +51,11 @@ def _effect(results: Results) -> str:
     ]
     if len(scored) < 2:
         return _one_variant(results)
-    first, best = scored[0], max(scored[1:], key=lambda v: mean_percent(results.by_column(v)))
-    return _difference(results, first, best)
+    shared = common(results)
+    if shared.trials.empty:
+        return "The variants have no run in common, so nothing is said of what differs."
+    first, best = scored[0], max(scored[1:], key=lambda v: mean_percent(shared.by_column(v)))
+    return _difference(shared, first, best)
 
 
 def _one_variant(results: Results) -> str:

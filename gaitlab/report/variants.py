@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 PLAIN = "plain"
+TYPED = 9  # digits that somebody may have typed; a computed number has more
 Value = float | int | bool | str
 
 
@@ -51,8 +52,11 @@ def is_off(value: object) -> bool:
 
 
 def value_text(value: object) -> str:
-    """A value as a reader writes it: numbers short."""
-    return f"{value:.4g}" if isinstance(value, (float, np.floating)) else str(value)
+    """A value as a reader writes it: as it was typed, or if it was computed to four digits."""
+    if not isinstance(value, (float, np.floating)):
+        return str(value)
+    typed = f"{value:.{TYPED}g}"
+    return typed if float(typed) == value else f"{value:.4g}"
 
 
 def free_paths(trials: pd.DataFrame, candidates: Sequence[str], fixed: Sequence[str]) -> list[str]:

@@ -24,7 +24,7 @@ from typing import TypeVar, cast
 
 from gaitlab.documents import Node, build, check, checked, collected, in_order, load, plain
 from gaitlab.errors import FileError, Problem
-from gaitlab.experiment import Experiment, load_experiment, refuse_study
+from gaitlab.experiment import Experiment, form_of, in_form, load_experiment, refuse_study
 from gaitlab.experiment.experiment import NAME
 from gaitlab.parameters import Parameter, parameter, parameters
 from gaitlab.plugins import locate, suggestion
@@ -39,7 +39,8 @@ class Reproduction:
     """Several experiments whose results share one page.
 
     Attributes:
-        name: Of the page; with the quick form's settings it ends in `_quick`.
+        name: Of the page; with the quick form's settings it ends in `_quick`, with those of the
+            command line in what tells that form apart.
         title: Its heading.
         description: The paragraph below it.
         path: File it was read from.
@@ -105,6 +106,10 @@ class _Over:
     seeds: int | None
 
     @property
+    def changes(self) -> tuple[str, ...]:
+        return (*self.settings, *(() if self.seeds is None else (f"seeds={self.seeds}",)))
+
+    @property
     def options(self) -> tuple[str, ...]:
         sets = (word for setting in self.settings for word in ("--set", setting))
         seeds = () if self.seeds is None else ("--seeds", str(self.seeds))
@@ -149,7 +154,7 @@ def load_reproduction(
         raise FileError(in_order(problems))
     name = file.name or path.stem
     return Reproduction(
-        name=f"{name}_quick" if quick else name,
+        name=in_form(f"{name}_quick" if quick else name, form_of(over.changes)),
         title=file.title or name,
         description=file.description,
         path=path,

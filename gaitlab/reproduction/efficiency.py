@@ -11,11 +11,14 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from gaitlab.report.comparison.matching import Matched
 from gaitlab.report.reference import Published, published
 from gaitlab.report.scores import (
     DRAWS,
+    Cell,
+    cell_of,
     efficiency_draws,
     interval_of,
     mean_percent,
@@ -83,7 +86,7 @@ def _implied(table: Published) -> float:
 
 
 def simulated(before: Answer, after: Answer, runs: Matched) -> Simulated:
-    """Efficiencies of two answers over all their cells, and the gain.
+    """Efficiencies of two answers, and the gain; where one lacks runs, over those that both have.
 
     Args:
         before: Without the optimisation.
@@ -91,7 +94,11 @@ def simulated(before: Answer, after: Answer, runs: Matched) -> Simulated:
         runs: Runs of both, `before` first; paired if they share seeds.
     """
     first, second = before.columns, after.columns
-    paired = runs.paired and not runs.unshared
+    if runs.unshared or any(
+        len(runs.first) < sum(c.n for s in side for c in s) for side in (first, second)
+    ):
+        first, second = (_columns(side) for side in (runs.first, runs.second))
+    paired = runs.paired
     draws = (
         gain_draws(runs)
         if paired
@@ -106,6 +113,12 @@ def simulated(before: Answer, after: Answer, runs: Matched) -> Simulated:
         gain_interval=_interval(draws),
         paired=paired,
     )
+
+
+def _columns(runs: pd.DataFrame) -> list[list[Cell]]:
+    """Cells of the runs on each ground."""
+    grounds = (ground for _, ground in runs.groupby("surface", sort=False))
+    return [[cell_of(cell) for _, cell in ground.groupby("cell")] for ground in grounds]
 
 
 def _interval(draws: np.ndarray) -> Interval:

@@ -25,7 +25,7 @@ def sweep_page(
     (experiment,) = experiments
     options = [word for setting in settings for word in ("--set", setting)]
     return Reproduction(
-        name=experiment.name,
+        name=experiment.listed_as,
         title=experiment.title or experiment.name,
         description=experiment.description,
         path=experiment.path,

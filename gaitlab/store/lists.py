@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from gaitlab.errors import StoreError, WrongValue
+from gaitlab.errors import StoreError, UsageError, WrongValue
 from gaitlab.store.durable import NotAFile, read_whole, unreachable, write_durably
 from gaitlab.store.record import Scalar, canonical, is_flat
 
@@ -54,14 +54,16 @@ class TrialList:
     Attributes:
         experiment: Name of the experiment.
         digest: Digest of the experiment as it was resolved.
-        trials: Each trial once.
+        trials: Each trial once, or once for each name under which a ground asks for it.
         basis: Digest of each part that the cells share, by what the part is called.
+        file: The experiment's file; empty in a list that an early version wrote.
     """
 
     experiment: str
     digest: str
     trials: tuple[Listed, ...]
     basis: Mapping[str, str] = field(default_factory=dict)
+    file: str = ""
 
 
 def write_list(
@@ -81,19 +83,46 @@ def write_listed(
     basis: Mapping[str, str],
 ) -> TrialList:
     """The same from the lines of the list: a search knows its trials without planning them."""
-    folder = experiments / checked_name(experiment.name)
-    unique: dict[str, Listed] = {}
+    folder = experiments / checked_name(experiment.listed_as)
+    require_one_file(experiments, experiment)
+    unique: dict[tuple[str, Scalar], Listed] = {}
     for line in lines:
-        unique.setdefault(line.trial_id, line)
+        unique.setdefault((line.trial_id, line.values.get("surface")), line)
     found = TrialList(
-        experiment=experiment.name,
+        experiment=experiment.listed_as,
         digest=experiment.digest,
         trials=tuple(unique.values()),
         basis=basis,
+        file=str(experiment.path.absolute()),
     )
     write_durably(folder / "experiment.yaml", experiment.text.encode(), within=experiments.parent)
     _replace_list(folder, encode_list(found), experiments.parent)
     return found
+
+
+def require_one_file(experiments: Path, experiment: Experiment) -> None:
+    """Refuse an experiment whose name is that of another file's results.
+
+    A file that is gone, or says the same, is no other: experiments move and are copied.
+
+    Raises:
+        UsageError: Names the other file.
+    """
+    with suppress(StoreError):
+        other = Path(read_list(experiments / experiment.listed_as).file)
+        if other.suffix and not _same_file(other, experiment.path):
+            raise UsageError(
+                f"{experiment.path}: the results called {experiment.listed_as} in "
+                f"{experiments.parent} are those of {other}, another file of the same name; give "
+                "one of the two another `name:`, or another folder with --store DIR"
+            )
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other) or one.read_bytes() == other.read_bytes()
+    except OSError:
+        return True
 
 
 def _replace_list(folder: Path, content: bytes, store: Path) -> None:
@@ -182,6 +211,7 @@ def read_list(folder: Path, name: str = LIST) -> TrialList:
             digest=_of(str, head["digest"]),
             trials=trials,
             basis={name: _of(str, value) for name, value in head.get("basis", {}).items()},
+            file=_of(str, head.get("file", "")),
         )
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise DamagedList(
@@ -216,6 +246,7 @@ def encode_list(found: TrialList) -> bytes:
         "digest": found.digest,
         "trials": len(found.trials),
         "basis": dict(found.basis),
+        **({"file": found.file} if found.file else {}),
         "sha256": _digest(rest),
     }
     return f"{canonical(head)}\n".encode() + rest

@@ -25,6 +25,7 @@ from gaitlab.store.lists import (
     TrialList,
     earlier_lists,
     read_lists,
+    require_one_file,
     write_list,
     write_listed,
 )
@@ -148,6 +149,14 @@ class Store(TrialFiles):
     ) -> TrialList:
         """As `register`, for a search: it proposes its trials as it goes."""
         return write_listed(self._experiments, experiment, lines, basis)
+
+    def require_one_file(self, experiment: Experiment) -> None:
+        """Refuse an experiment whose name is that of another file's results here.
+
+        Raises:
+            UsageError: Names the other file.
+        """
+        require_one_file(self._experiments, experiment)
 
     def earlier(self, experiment: str) -> list[TrialList]:
         """What an experiment of this name has asked for so far, the newest list first."""

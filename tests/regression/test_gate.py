@@ -254,3 +254,22 @@ def test_seeds_whose_cells_share_their_luck_raise_hardly_any_alarm():
         runs = matched(alike(2 * k), one_partner(alike(2 * k), alike(2 * k + 1), k))
         alarms += any(q.finding == "worse" for q in quantities.tested(runs))
     assert alarms <= 3
+
+
+def test_no_walk_of_either_night_is_left_out_of_the_falls():
+    before, tonight = night(1), night(1)
+    new = [replace(walk, cell={**walk.cell, "surface": "hard_floor"}) for walk in tonight.walks]
+    fallen = [
+        replace(walk, metrics={**walk.metrics, "stable": False, "stable_strict": False})
+        for walk in new[:12]
+    ]
+    more_seeds = [replace(walk, seed=walk.seed + 99) for walk in before.walks[:5]]
+    before = replace(before, walks=(*before.walks, *more_seeds))
+    tonight = replace(tonight, walks=(*tonight.walks, *fallen))
+    found = compared(before, tonight)
+    counts = json.loads(outcome_json("edge", found))["falls"]
+    for side, night_ in (("before", before), ("tonight", tonight)):
+        parts = [counts[side], counts[f"alone_{side}"]]
+        assert sum(part["n"] for part in parts) == len(night_.walks)
+        assert sum(part["fell"] for part in parts) == sum(not w.stable for w in night_.walks)
+    assert "12 of 12 that only tonight has" in outcome_page("edge", found).splitlines()[0]

@@ -11,7 +11,7 @@ import pytest
 from gaitlab.report.cells import agreement, cell_tables, compared, row_text
 from gaitlab.report.falls import falls_table, quartiles, reasons
 from gaitlab.report.headline import headline
-from gaitlab.report.page import Sources, write_page
+from gaitlab.report.page import Sources, heading, scores, write_page
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
@@ -245,3 +245,53 @@ def test_a_walk_that_the_paper_describes_stands_beside_it() -> None:
 def test_another_sway_is_not_the_walk_of_the_paper() -> None:
     trials = [{**trial(0.04, "grass_50mm", "none", 0), "gait.lateral_sway": 0.04}]
     assert walks_table(results_of(trials)) == ""
+
+
+def partial(lost: list[tuple[str, str]]) -> Results:
+    """Both variants walk alike, and of some the trials on some grounds are not there yet."""
+    trials = toy_trials()
+    plain = {
+        (t["gait.step_length"], t["surface"], t["seed"]): t for t in trials[: len(trials) // 2]
+    }
+    alike = []
+    for one in trials:
+        told = plain[one["gait.step_length"], one["surface"], one["seed"]]
+        kept = {k: told[k] for k in ("state", "stable", "stable_strict", "fell")}
+        if (one["gait.heel_strike"], one["surface"]) in lost:
+            kept = {"state": "MISSING", "stable": None, "stable_strict": None, "fell": None}
+        alike.append({**one, **kept})
+    return results_of(alike, compare=False)
+
+
+@pytest.mark.parametrize(
+    "lost",
+    [
+        [("add", "grass_50mm")],
+        [("none", "carpet_4mm")],
+        [("add", "grass_50mm"), ("none", "carpet_4mm")],
+    ],
+)
+def test_variants_are_compared_in_what_both_have(lost) -> None:
+    results = partial(lost)
+    there = len(results.trials) - 16 * len(lost)
+    assert heading(results).endswith(f"({there} of {len(results.trials)} trials)")
+    note, table, runs = scores(results)
+    first, second = (v.label for v in results.variants)
+    assert row(table, first) == row(table, second)
+    assert row(runs, first) == row(runs, second)
+    assert f"in the {16 * (4 - len(lost))} runs a variant" in note
+    assert "a change of +0 points" in sentences(results, 0)
+
+
+def test_variants_without_a_common_run_are_not_compared() -> None:
+    lost = [("add", "grass_50mm"), ("add", "grass_30mm")]
+    lost += [("none", "grass_10mm"), ("none", "carpet_4mm")]
+    results = partial(lost)
+    assert "not compared" in " ".join(scores(results))
+    assert "points" not in sentences(results, 0)
+
+
+def test_a_whole_page_counts_every_run_and_says_nothing_of_parts() -> None:
+    results = results_of(toy_trials())
+    assert heading(results) == "# Toy: does heel strike help?"
+    assert headline(results) in scores(results)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -100,6 +100,24 @@ class Matched:
 def matched(results: Results, first: Variant, second: Variant) -> Matched:
     """The runs of two variants that can be compared; paired by seed if any seed is shared."""
     return _matched([_scored(results.of(v)) for v in (first, second)], places(results))
+
+
+def common(results: Results) -> Results:
+    """The runs that all variants with any have in common, cell by cell and seed by seed.
+
+    Where they share no seed at all, as where each has its own, the runs in common cells.
+    """
+    scored = _scored(results.trials)
+    for keys in ([*places(results), "seed"], places(results)):
+        place = list(map(tuple, scored[keys].to_numpy(object)))
+        of = [
+            set(group)
+            for _, group in pd.Series(place, dtype=object).groupby(scored["variant"].to_numpy())
+        ]
+        shared = set[tuple[object, ...]]().union(*of[:1]).intersection(*of)
+        if shared:
+            break
+    return replace(results, trials=scored[[one in shared for one in place]])
 
 
 def matched_grounds(results: Results, first: str, second: str) -> Matched:

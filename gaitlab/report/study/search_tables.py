@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from gaitlab.objectives import misses
 from gaitlab.report.markdown import code, escape, table
 from gaitlab.report.study.findings import Candidate, Findings
 from gaitlab.report.study.words import UNKNOWN, metric_text, metric_unit, number, value, with_unit
@@ -53,10 +54,16 @@ def _broken(candidate: Candidate) -> float:
 
 def near_misses_table(findings: Findings) -> str:
     """The nearest misses with how far they break the constraints."""
-    return _candidates_table(findings, near_misses(findings))
+    missed = [
+        escape("; ".join(misses(findings.study, c.objectives, c.violations)))
+        for c in near_misses(findings)
+    ]
+    return _candidates_table(findings, near_misses(findings), missed)
 
 
-def _candidates_table(findings: Findings, chosen: Sequence[Candidate]) -> str:
+def _candidates_table(
+    findings: Findings, chosen: Sequence[Candidate], missed: Sequence[str] = ()
+) -> str:
     search, study = findings.study.search, findings.study
     head = [
         "candidate",
@@ -64,17 +71,17 @@ def _candidates_table(findings: Findings, chosen: Sequence[Candidate]) -> str:
             escape(with_unit(metric_text(o.metric), metric_unit(o.metric)))
             for o in study.objectives
         ),
-        *(["broken by"] if study.constraints else []),
+        *(["misses"] if missed else []),
         *(code(item.path) for item in search),
     ]
     rows = [
         [
             f"{c.number}",
             *(number(found) for found in _objectives(c, len(study.objectives))),
-            *([number(_broken(c))] if study.constraints else []),
+            *missed[place : place + 1],
             *(escape(value(c.values.get(item.path))) for item in search),
         ]
-        for c in chosen
+        for place, c in enumerate(chosen)
     ]
     return table(head, rows, "r" * len(head))
 

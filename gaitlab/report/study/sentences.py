@@ -217,8 +217,9 @@ def _nothing(findings: Findings) -> str:
     )
     return escape(
         f"No candidate of {len(states)} is good enough: {states.count('infeasible')} cannot be "
-        f"walked at all, {broken} break a constraint ({bounds}), {states.count('pruned')} were "
-        "given up early. The nearest misses stand below; nothing was walked again."
+        f"walked at all, {broken} miss something ({bounds}, and to walk to the end), "
+        f"{states.count('pruned')} were given up early. The nearest misses stand below; "
+        "nothing was walked again."
     )
 
 
@@ -233,7 +234,8 @@ def _wider(findings: Findings) -> Iterator[str]:
     if crowded:
         yield f"The nearest misses crowd at an edge: widen {', '.join(crowded)}."
     else:
+        loosen = "loosen a constraint, " if findings.study.constraints else ""
         yield (
-            "The nearest misses crowd at no edge: loosen a constraint, search another parameter, "
+            f"The nearest misses crowd at no edge: {loosen}search another parameter, "
             "or try an easier ground."
         )
