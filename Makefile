@@ -3,15 +3,18 @@ NEEDS := pyproject.toml constraints.txt
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
-.PHONY: run test lint types format reports benchmark clean
+.PHONY: run test test-all lint types format reports benchmark clean
 .DEFAULT_GOAL := run
 
 run: .venv/installed  ## simulate the quick experiment and write its report
 	@$(BIN)/gaitlab run eros_quick
 	@$(BIN)/gaitlab report eros_quick
 
-test: .venv/installed-dev  ## run all tests
-	@$(BIN)/python -m pytest
+test: .venv/installed-dev  ## run the tests, but for the long proofs
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
+
+test-all: .venv/installed-dev  ## run all tests
+	@$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: .venv/installed-dev  ## style of the code
 	@$(BIN)/ruff check .

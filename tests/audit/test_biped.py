@@ -81,6 +81,7 @@ def test_the_page_says_what_was_not_simulated(page: Page) -> None:
     assert not NOWHERE.exists()
 
 
+@pytest.mark.long
 def test_the_figures_are_written_twice_and_do_not_change(page: Page, tmp_path: Path) -> None:
     assert len(page.pictures) == 4
     for picture in page.pictures:

@@ -155,6 +155,7 @@ def test_every_erratum_says_how_much_it_matters() -> None:
     assert all(one.where and one.printed and one.correct and one.effect for one in found)
 
 
+@pytest.mark.long
 def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
     """Five settings are really walked, one seed and one cycle each."""
     tiny = ["horizon.cycles=1.0"]

@@ -364,6 +364,7 @@ def test_the_tangent_plane_carries_force_and_moment_of_the_law_up_to_20_degrees(
         assert torque == pytest.approx(moment, rel=0.03, abs=0.005 * scale), degrees
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PEDESTALS)
 def test_a_loaded_sole_that_is_slowly_tilted_meets_the_moment_of_the_law(name: str) -> None:
     """In the engine: a level beam stands on two soles that its hinges tilt from 0 to 20 degrees.
@@ -408,6 +409,7 @@ def _hinge(bench: Bench, law: PileLaw, area: float) -> tuple[float, float, float
     return swung - torque - friction, -(loads @ arms[:, 0]) / loads.sum(), lift
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PEDESTALS)
 def test_a_cycle_of_pressing_never_gives_energy(name: str) -> None:
     """The law, from a foot that stands and from one that comes down: any closed path costs work."""

@@ -56,6 +56,7 @@ def test_without_the_check_no_fresh_seed_is_walked(folder: Path) -> None:
     assert all(store.record(trial_id).trial["seed"] < FIRST_FRESH for trial_id in store.states())
 
 
+@pytest.mark.long
 def test_a_search_at_random_stands_beside_the_winner_in_the_report(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

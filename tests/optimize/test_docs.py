@@ -6,6 +6,8 @@ import json
 import shlex
 from pathlib import Path
 
+import pytest
+
 from tests.test_docs import ROOT, blocks, commands, gaitlab
 
 PAGE = ROOT / "docs" / "optimising.md"
@@ -25,6 +27,7 @@ def shortened(command: str) -> list[str]:
     return [*words, *short, *unchecked]
 
 
+@pytest.mark.long
 def test_every_command_of_the_page_works(tmp_path: Path) -> None:
     (text,) = blocks(PAGE, "yaml")
     (tmp_path / OWN).write_text(text)

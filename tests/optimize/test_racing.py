@@ -132,6 +132,7 @@ def test_noise_of_the_seeds_is_no_reason() -> None:
     assert hopeless(study(), outcomes(one)[:8], PLACES, rival) == ""
 
 
+@pytest.mark.long
 def test_the_better_of_two_equally_noisy_ones_is_seldom_given_up() -> None:
     """At a confidence of 0.9 no more than about one in ten, whichever round it is."""
     random, wrong, total = np.random.default_rng(0), 0, 1000

@@ -80,11 +80,13 @@ def test_a_finished_search_does_nothing_more(whole: Store) -> None:
     assert told(whole) == before
 
 
+@pytest.mark.long
 def test_two_workers_find_what_this_process_finds(whole: Store, store: Store) -> None:
     search(store, jobs=2)
     assert told(store) == told(whole)
 
 
+@pytest.mark.long
 def test_a_search_whose_database_is_lost_is_rebuilt_from_its_trials(
     whole: Store, store: Store
 ) -> None:
@@ -129,6 +131,7 @@ class Stopper(Nobody):
         self.messages.append(text)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("jobs", [0, 2])
 def test_a_search_that_was_stopped_goes_on_as_if_it_had_not(
     whole: Store, store: Store, jobs: int
@@ -151,6 +154,7 @@ def _search_in_a_process(store: Store, jobs: int) -> None:
     os._exit(0)
 
 
+@pytest.mark.long
 def test_ten_kills_at_random_instants_leave_no_trace(whole: Store, store: Store) -> None:
     chance, share = random.Random(7), len(whole.states()) // (KILLS + 1)
     for _ in range(KILLS):
@@ -273,6 +277,7 @@ def test_racing_walks_less_and_finds_as_much(whole: Store, store: Store) -> None
     assert found.tally.history.saving == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sampler", ["random", "qmc", "nsga2", "nsga3"])
 def test_every_sampler_goes_on_as_if_it_had_not_been_stopped(folder: Path, sampler: str) -> None:
     settings = (f"study.sampler={sampler}", "study.trials=12", "seeds=2", "study.racing=off")
@@ -283,6 +288,7 @@ def test_every_sampler_goes_on_as_if_it_had_not_been_stopped(folder: Path, sampl
     assert told(one, *settings) == told(two, *settings)
 
 
+@pytest.mark.long
 def test_cmaes_goes_on_as_if_it_had_not_been_stopped(folder: Path) -> None:
     space = "gait.step_height: {low: 0.01, high: 0.06}, gait.lateral_sway: {low: 0.0, high: 0.06}"
     settings = (
@@ -317,6 +323,7 @@ def _really_search(store: Store) -> None:
     search(store, *REAL, jobs=1, task=simulated)
 
 
+@pytest.mark.long
 def test_a_killed_search_of_real_walks_is_the_undisturbed_one(folder: Path) -> None:
     killed, whole = Store(folder / "killed"), Store(folder / "whole")
     process = get_context("fork").Process(target=_really_search, args=(killed,))

@@ -167,11 +167,13 @@ def test_the_gantry_supplies_the_moment_that_the_ground_does_not(straight) -> No
     assert np.corrcoef(means[0][known], means[1][known])[0, 1] > 0.95
 
 
+@pytest.mark.long
 def test_more_solver_iterations_change_the_work_by_less_than_five_percent(straight) -> None:
     finer = walk(Gait(full_strides=1, **QUICK), solver_iterations=200)
     assert figure("energy", finer) == pytest.approx(figure("energy", straight), rel=0.05)
 
 
+@pytest.mark.long
 def test_an_idler_that_never_turns_may_have_any_inertia(straight, monkeypatch) -> None:
     monkeypatch.setattr("gaitlab.robots.biped.IDLER_INERTIA", 2e-2)
     heavy = walk(Gait(full_strides=1, **QUICK))

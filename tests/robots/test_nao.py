@@ -168,6 +168,7 @@ def test_it_walks_and_its_sensors_carry_its_weight(surface: str) -> None:
     assert sensors[log.walking].mean() == pytest.approx(log.header.weight, rel=0.02)
 
 
+@pytest.mark.long
 def test_the_lateral_profile_as_printed_rocks_the_robot_far_more() -> None:
     profiles = ("printed", walk("hard_floor", cycles=1.0).gait.lateral_profile)
     walks = (walk("hard_floor", cycles=3.0, lateral_profile=profile) for profile in profiles)

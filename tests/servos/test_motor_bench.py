@@ -197,6 +197,7 @@ def test_the_law_does_not_hang_on_the_time_step() -> None:
         np.testing.assert_allclose(speeds, speeds[0], rtol=TOLERANCE)
 
 
+@pytest.mark.long
 def test_no_shipped_robot_shakes_on_its_servos() -> None:
     """Standing still, torques settle: what shakes from tick to tick is under 2 % of the limit."""
     seen = set()

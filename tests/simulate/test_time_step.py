@@ -16,6 +16,7 @@ twice the roll, and NAO falls. So a tick is as many steps as keep the legs' lag 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -39,6 +40,8 @@ class Limits(NamedTuple):
     torque: float
 
 
+pytestmark = pytest.mark.long
+
 TRIALS = trials()
 LIMITS = {"eros": Limits(0.06, 0.007, 0.1, 0.01), "flow": Limits(0.16, 0.014, 0.06, 0.04)}
 WALKS = [
@@ -47,6 +50,7 @@ WALKS = [
 ]
 
 
+@cache
 def walked(name: str, step_length: float, dt: float) -> TrialLog:
     trial = TRIALS[name]
     usual: Any = trial.gait
