@@ -143,7 +143,12 @@ def status(
     index = _rebuilt(results) if rebuild else results.index()
     lists, damaged = results.lists()
     wanted = list(lists) if experiment is None else _asked(experiment, lists, results)
-    chosen = {name: lists[name] for name in wanted if name in lists}
+    chosen = {
+        name: found  # a form stands below the experiment that it is one of
+        for one in wanted
+        for name, found in lists.items()
+        if name == one or name.startswith(f"{one}+")
+    }
     if experiment is not None and wanted[0] in damaged:
         raise damaged[wanted[0]]
     if experiment is not None and not chosen:

@@ -285,7 +285,13 @@ def test_every_answer_has_the_same_keys(based, other_night):
     worse = facts(based(*CHECK, "--json"))
     assert set(exact) == set(none) == set(worse)
     assert (exact["reason"], worse["reason"]) == (None, None)
-    assert none["falls"] == {"before": None, "tonight": None, "cells": []}
+    assert none["falls"] == {
+        "before": None,
+        "tonight": None,
+        "alone_before": None,
+        "alone_tonight": None,
+        "cells": [],
+    }
 
 
 def test_no_other_file_is_taken_for_an_old_baseline(based):
