@@ -159,7 +159,10 @@ def _arguments(
     """What makes the same command go on."""
     parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--trials", str(trials)] if trials is not None else []
-    parts += ["--storage", storage] if storage is not None else []
+    if storage is not None:
+        from gaitlab.study.addresses import shown  # loads Optuna, which takes a second
+
+        parts += ["--storage", shown(storage)]
     parts += ["--store", str(store)] if store != DEFAULT_STORE else []
     return shlex.join(parts)
 
