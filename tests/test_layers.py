@@ -10,7 +10,7 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
-    "errors own_code plugins randomness parameters canonical documents kinematics provenance "
+    "errors outputs own_code plugins randomness parameters canonical documents kinematics provenance "
     "statistics reference",
     "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
     "servos imu balancing",

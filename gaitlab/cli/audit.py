@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, Force, StoreFolder, written_to
 from gaitlab.cli.printing import say
 from gaitlab.errors import UnknownName
+from gaitlab.outputs import published, refuse_other
 
 if TYPE_CHECKING:
     from gaitlab.audit.page import Page
@@ -26,8 +27,10 @@ def audit(
         str, typer.Argument(metavar="PAPER|all", help="eros, flow, biped, nao, bioloid or all.")
     ],
     output: Annotated[
-        Path, typer.Option("--output", metavar="DIR", help="Folder of the pages.")
+        Path,
+        typer.Option("--output", metavar="DIR", parser=written_to, help="Folder of the pages."),
     ] = DEFAULT_FOLDER,
+    force: Force = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Write a paper's published tables beside our values, and what is wrong in print, as a page.
@@ -41,22 +44,23 @@ def audit(
     known = papers()
     if paper not in (*known, ALL):
         raise UnknownName(f"there is no audit of {paper!r}{suggestion(paper, (*known, ALL))}")
-    output.mkdir(parents=True, exist_ok=True)
     for name in known if paper == ALL else [paper]:
-        say(str(_write(name, output, store)))
+        say(str(_write(name, output, store, force)))
     return 0
 
 
-def _write(name: str, output: Path, store: Path) -> Path:
+def _write(name: str, output: Path, store: Path, force: bool) -> Path:
     from gaitlab.audit.page import markdown
 
     page = _audit_of(name, store)()
-    if page.pictures:
-        (output / name).mkdir(exist_ok=True)
-    for picture in page.pictures:
-        picture.draw(output / name, picture.name)
     file = output / f"{name}.md"
-    file.write_text(markdown(page, name), encoding="utf-8")
+    refuse_other(file, f"# {page.title}\n".encode(), b"", force=force)
+    with published(output, force=True) as place:  # beside the pages of other papers
+        if page.pictures:
+            (place / name).mkdir()
+        for picture in page.pictures:
+            picture.draw(place / name, picture.name)
+        (place / file.name).write_text(markdown(page, name), encoding="utf-8")
     return file
 
 

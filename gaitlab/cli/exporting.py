@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.addressing import ADDRESS, trial_at, trial_of
-from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, say, size, tell
 
 if TYPE_CHECKING:
@@ -36,9 +36,13 @@ def export(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", metavar="FILE", help="By default named after the trial or the robot."
+            "--output",
+            metavar="FILE",
+            parser=written_to,
+            help="By default named after the trial or the robot.",
         ),
     ] = None,
+    force: Force = False,
     allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
@@ -60,7 +64,7 @@ def export(
         record = results.record(name)
         given = trial_of(results, record, allow_code=allow_code)
         shown = Recorded(record=record, trial=given, log=results.log(name))
-        files = write_export(shown, wanted, output)
+        files = write_export(shown, wanted, output, force=force)
     tell(f"trial {name[:8]}: {size(sum(file.stat().st_size for file in files))}")
     say("\n".join(str(file) for file in files))
     return 0

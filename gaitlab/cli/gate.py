@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, ExperimentName, Jobs, Seeds, Settings, StoreFolder
+from gaitlab.cli.options import (
+    DEFAULT_STORE,
+    ExperimentName,
+    Jobs,
+    Seeds,
+    Settings,
+    StoreFolder,
+    written_to,
+)
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import StoreError, Undecided, UsageError, WorseBaseline
@@ -34,7 +42,12 @@ def check(
     store: StoreFolder = DEFAULT_STORE,
     summary: Annotated[
         Path | None,
-        typer.Option("--summary", metavar="FILE.md", help="Also append the page to this file."),
+        typer.Option(
+            "--summary",
+            metavar="FILE.md",
+            parser=written_to,
+            help="Also append the page to this file.",
+        ),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object instead of the page.")
@@ -80,7 +93,10 @@ def check(
 
 def baseline(
     experiment: ExperimentName,
-    output: Annotated[Path, typer.Option("--output", metavar="FILE", help="JSON file to write.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", metavar="FILE", parser=written_to, help="JSON file to write."),
+    ],
     force: Annotated[
         bool, typer.Option("--force", help="Replace a baseline even by a worse one.")
     ] = False,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.checking import check_winner, hold_final
-from gaitlab.cli.options import DEFAULT_STORE, Jobs, Quiet, Settings, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, Jobs, Quiet, Settings, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import UsageError
@@ -49,7 +49,11 @@ def optimize(
     store: StoreFolder = DEFAULT_STORE,
     export: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the winner as an experiment for `gaitlab run`."),
+        typer.Option(
+            metavar="FILE",
+            parser=written_to,
+            help="Write the winner as an experiment for `gaitlab run`.",
+        ),
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("-n", "--dry-run", help="Say what would be searched; run nothing.")
@@ -155,7 +159,10 @@ def _arguments(
     """What makes the same command go on."""
     parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--trials", str(trials)] if trials is not None else []
-    parts += ["--storage", storage] if storage is not None else []
+    if storage is not None:
+        from gaitlab.study.addresses import shown  # loads Optuna, which takes a second
+
+        parts += ["--storage", shown(storage)]
     parts += ["--store", str(store)] if store != DEFAULT_STORE else []
     return shlex.join(parts)
 

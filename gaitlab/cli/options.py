@@ -7,12 +7,22 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from gaitlab.outputs import file_to_write
+
 
 def _folder(text: str) -> Path:
     # An unset variable of the shell gives an empty text, which a Path takes for this folder.
     if not str(text).strip():
         raise typer.BadParameter("found nothing; give a folder, or leave the option out")
     return Path(text)
+
+
+def written_to(text: str) -> Path:
+    """The file or folder that an option gives to write to."""
+    try:
+        return file_to_write(str(text))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
 
 
 ExperimentName: TypeAlias = Annotated[
@@ -44,6 +54,9 @@ Jobs: TypeAlias = Annotated[
 ]
 Quick: TypeAlias = Annotated[
     bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
+]
+Force: TypeAlias = Annotated[
+    bool, typer.Option("--force", help="Also replace files that gaitlab did not write.")
 ]
 AllowCode: TypeAlias = Annotated[
     bool,

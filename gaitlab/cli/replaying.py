@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.addressing import ADDRESS, trial_at, trial_of
-from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
 from gaitlab.errors import UsageError
 
@@ -50,6 +50,7 @@ def replay(
         typer.Option(
             "--output",
             metavar="FILE",
+            parser=written_to,
             help="A .gif or .mp4 film, a .png strip or an .svg drawing; walk_TRIAL.gif by default.",
         ),
     ] = None,
@@ -84,6 +85,7 @@ def replay(
             help="Painting processes, one a core by default; 0 paints in this process.",
         ),
     ] = None,
+    force: Force = False,
     allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
@@ -121,6 +123,7 @@ def replay(
             size=wanted,
             panels=panels,
             jobs=os.cpu_count() or 1 if jobs is None else jobs,
+            force=force,
         )
     length = f", {written.duration:.1f} s" if written.duration else ""
     tell(f"{plural(written.pictures, 'picture')}{length}, {size(written.size)}")

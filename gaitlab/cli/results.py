@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, Quick, Seeds, Settings, StoreFolder
+from gaitlab.cli.options import (
+    DEFAULT_STORE,
+    Force,
+    Quick,
+    Seeds,
+    Settings,
+    StoreFolder,
+    written_to,
+)
 from gaitlab.cli.printing import (
     columns,
     number,
@@ -55,7 +63,12 @@ def report(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", metavar="DIR", help="Folder, reports/EXPERIMENT by default."),
+        typer.Option(
+            "--output",
+            metavar="DIR",
+            parser=written_to,
+            help="Folder, reports/EXPERIMENT by default.",
+        ),
     ] = None,
     form: Annotated[
         Form,
@@ -68,6 +81,7 @@ def report(
         str | None,
         typer.Option(metavar="URL", help="Database of a study, if several machines share it."),
     ] = None,
+    force: Force = False,
     quick: Quick = False,
     seeds: Seeds = None,
     settings: Settings = None,
@@ -99,7 +113,9 @@ def report(
         with other_output_on_stderr():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
             html = form is Form.html
-            page = write_reproduction(whole, Store(store), output, html=html, tables=tables)
+            page = write_reproduction(
+                whole, Store(store), output, html=html, tables=tables, force=force
+            )
         say(str(page))
         return 0
     refuse_quick(experiments[0], quick)
@@ -108,13 +124,17 @@ def report(
         sweep = sweep_page(loaded, settings or (), seeds)
         if sweep is not None:
             html = form is Form.html
-            page = write_reproduction(sweep, Store(store), output, html=html, tables=tables)
+            page = write_reproduction(
+                sweep, Store(store), output, html=html, tables=tables, force=force
+            )
             say(str(page))
             return 0
         write = write_report
         if any(one.study for one in loaded):
             write = partial(write_study_report, storage=storage)
-        page = write(loaded, Store(store), output, html=form is Form.html, tables=tables)
+        page = write(
+            loaded, Store(store), output, html=form is Form.html, tables=tables, force=force
+        )
     say(str(page))
     return 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,14 @@ from gaitlab.export.recorded import Recorded
 from gaitlab.log_columns import Column, columns
 
 
-def write_csv(shown: Recorded, path: Path) -> list[Path]:
+def write_csv(shown: Recorded, files: Sequence[Path]) -> None:
     """Write the columns of a log; read as float32, every number is the one that was recorded."""
     described = columns(shown.log.header.joints)
     texts = [_texts(shown.log.arrays[column.name]) for column in described]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with files[0].open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([_title(column) for column in described])
         writer.writerows(zip(*texts, strict=True))
-    return [path]
 
 
 def _title(column: Column) -> str:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
-from gaitlab.errors import StoreError, UsageError
+from gaitlab.errors import UsageError
 from gaitlab.export.csv import write_csv
 from gaitlab.export.mcap import write_mcap
 from gaitlab.export.model import write_model
 from gaitlab.export.recorded import Recorded
 from gaitlab.export.rerun import write_rerun
+from gaitlab.outputs import MARK, refuse_other, replaced
 
 Format: TypeAlias = Literal["csv", "mcap", "rerun", "mjcf-urdf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -22,23 +24,29 @@ class _Writer(NamedTuple):
     """How a format is written.
 
     Attributes:
-        write: Writes a trial to a path and gives the files.
-        ending: Of the file; empty for several files that share a stem.
+        write: Writes a trial to its files.
+        ending: Of the file, if nobody names it; empty for several files that share a stem.
+        start: How a file of the format starts.
+        mark: What else tells that gaitlab wrote it.
+        endings: Put behind the name that is given, one a file.
         library: What has to be installed; empty for nothing.
         package: What brings it.
     """
 
-    write: Callable[[Recorded, Path], list[Path]]
+    write: Callable[[Recorded, Sequence[Path]], None]
     ending: str
+    start: bytes
     library: str = ""
     package: str = ""
+    endings: Sequence[str] = ("",)
+    mark: bytes = MARK.encode()
 
 
 _WRITERS: dict[Format, _Writer] = {
-    "csv": _Writer(write_csv, ".csv"),
-    "mcap": _Writer(write_mcap, ".mcap", "mcap", "mcap"),
-    "rerun": _Writer(write_rerun, ".rrd", "rerun", "rerun-sdk"),
-    "mjcf-urdf": _Writer(write_model, ""),
+    "csv": _Writer(write_csv, ".csv", b"time [s],", mark=b",gait_phase,"),
+    "mcap": _Writer(write_mcap, ".mcap", b"\x89MCAP", "mcap", "mcap"),
+    "rerun": _Writer(write_rerun, ".rrd", b"RRF", "rerun", "rerun-sdk"),
+    "mjcf-urdf": _Writer(write_model, "", b"<", endings=(".urdf", ".xml")),
 }
 
 
@@ -63,28 +71,33 @@ def require_library(form: Format) -> None:
         )
 
 
-def write_export(shown: Recorded, form: Format, path: Path | None = None) -> list[Path]:
+def write_export(
+    shown: Recorded, form: Format, path: Path | None = None, *, force: bool = False
+) -> list[Path]:
     """Write a trial in a format of other tools.
 
     Args:
         shown: The trial.
         form: The format.
         path: The file, or for `mjcf-urdf` what its two files are called without their endings.
+        force: Also replace a file that gaitlab did not write.
 
     Returns:
         The files.
 
     Raises:
-        UsageError: If the format's library is missing, or the path is a folder.
+        UsageError: If the format's library is missing, or a folder or a file that gaitlab did
+            not write is there.
         StoreError: If a file cannot be written.
     """
     require_library(form)
     path = path or default_path(shown, form)
     if path.is_dir():
         raise UsageError(f"--output {path}: a folder is in the way; give a file")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return _WRITERS[form].write(shown, path)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise StoreError(f"{path}: cannot be written ({reason}); give another --output") from error
+    writer = _WRITERS[form]
+    files = [path.with_name(path.name + ending) for ending in writer.endings]
+    for file in files:
+        refuse_other(file, writer.start, writer.mark, force=force)
+    with ExitStack() as whole:
+        writer.write(shown, [whole.enter_context(replaced(file)) for file in files])
+    return files

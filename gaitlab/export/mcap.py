@@ -11,7 +11,7 @@ References:
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -52,12 +52,12 @@ class Topic(NamedTuple):
     messages: Iterator[Message]
 
 
-def write_mcap(shown: Recorded, path: Path) -> list[Path]:
+def write_mcap(shown: Recorded, files: Sequence[Path]) -> None:
     """Write every column of a log, and the moving robot."""
     from mcap.writer import Writer
 
     topics = [*_log_topics(shown), _transforms(shown), _scene(shown)]
-    with path.open("wb") as file:
+    with files[0].open("wb") as file:
         writer = Writer(file)
         writer.start(library="gaitlab")
         record = shown.record
@@ -73,7 +73,6 @@ def write_mcap(shown: Recorded, path: Path) -> list[Path]:
             data = json.dumps(content, separators=(",", ":"), allow_nan=False).encode()
             writer.add_message(channel, log_time=time, data=data, publish_time=time)
         writer.finish()
-    return [path]
 
 
 def _in_order(topics: list[Topic], channels: list[int]) -> list[tuple[int, int, Json]]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from gaitlab.export.mjcf import mjcf
 from gaitlab.export.recorded import Recorded
+from gaitlab.outputs import MARK
 from gaitlab.urdf import urdf
 
+NOTE = f"<!-- written by {MARK} -->\n"
 
-def write_model(shown: Recorded, path: Path) -> list[Path]:
-    """Write `path`.urdf and `path`.xml."""
+
+def write_model(shown: Recorded, files: Sequence[Path]) -> None:
+    """Write the URDF and the MJCF."""
     robot, header, log = shown.trial.robot, shown.log.header, shown.log
-    files = [path.with_name(f"{path.name}.urdf"), path.with_name(f"{path.name}.xml")]
     # Without a gantry's massless rig, which only Bullet takes; the MJCF has it as joints.
-    files[0].write_text(urdf(robot.tree, robot.sole, robot.feet), encoding="utf-8")
+    files[0].write_text(urdf(robot.tree, robot.sole, robot.feet) + NOTE, encoding="utf-8")
     limits = zip(header.joints, header.torque_limits, strict=True)
     model = mjcf(
         robot,
@@ -24,5 +27,4 @@ def write_model(shown: Recorded, path: Path) -> list[Path]:
         joints=log.joint_table("position")[0, : len(robot.tree.joints)],
         dt=header.dt,
     )
-    files[1].write_text(model, encoding="utf-8")
-    return files
+    files[1].write_text(model + NOTE, encoding="utf-8")

@@ -6,7 +6,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,12 +25,27 @@ ARROW = 0.34  # robot heights, length of an arrow that stands for the whole weig
 GREEN, VERMILLION, BLACK = (90, 140, 64, 128), (213, 94, 0), (0, 0, 0)
 
 
-def write_rerun(shown: Recorded, path: Path) -> list[Path]:
-    """Write the moving robot and every column of its log."""
+def write_rerun(shown: Recorded, files: Sequence[Path]) -> None:
+    """Write the moving robot and every column of its log.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
     import rerun
 
-    stream = rerun.RecordingStream("gaitlab", recording_id=shown.record.trial_id)
-    stream.save(path)
+    try:
+        stream = rerun.RecordingStream("gaitlab", recording_id=shown.record.trial_id)
+        stream.save(files[0])
+        _log(stream, shown)
+        stream.flush()
+        stream.disconnect()
+    except RuntimeError as error:  # its only kind, a full disk for instance
+        raise OSError(str(error)) from error
+
+
+def _log(stream: rerun.RecordingStream, shown: Recorded) -> None:
+    import rerun
+
     stream.log("/", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     seconds = shown.nanoseconds / NANOSECONDS
     times = [rerun.TimeColumn(TIMELINE, duration=seconds)]
@@ -44,9 +59,6 @@ def write_rerun(shown: Recorded, path: Path) -> list[Path]:
             stream.send_columns(place, indexes=times, columns=rerun.Scalars.columns(scalars=values))
             label = f"{column.name} [{column.unit}]"
             stream.log(place, rerun.SeriesLines(names=label), static=True)
-    stream.flush()
-    stream.disconnect()
-    return [path]
 
 
 def _ground(stream: rerun.RecordingStream, shown: Recorded) -> None:

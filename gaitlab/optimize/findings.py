@@ -18,6 +18,7 @@ from gaitlab.optimize.validation import (
     validate,
     winner_experiment,
 )
+from gaitlab.outputs import published
 from gaitlab.plugins import locate
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.markdown import code, escape
@@ -42,6 +43,7 @@ def write_study_report(
     storage: str | None = None,
     html: bool = False,
     tables: bool = False,
+    force: bool = False,
 ) -> Path:
     """Write the report of one or several studies; nothing is simulated.
 
@@ -53,6 +55,7 @@ def write_study_report(
         storage: Address of the database, if it is not the store's own.
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -70,10 +73,12 @@ def write_study_report(
     found = [findings_of(one, store, storage) for one in experiments]
     folder = output or REPORTS / "+".join(one.name for one in experiments)
     single = len(found) == 1
-    page = write_study_page(found[0], folder) if single else write_pages_together(found, folder)
-    if tables:
-        write_tables(page)
-    return write_html(page) if html else page
+    with published(folder, force=force) as place:
+        page = write_study_page(found[0], place) if single else write_pages_together(found, place)
+        if tables:
+            write_tables(page)
+        page = write_html(page) if html else page
+    return folder / page.name
 
 
 def findings_of(experiment: Experiment, store: Store, storage: str | None = None) -> Findings:

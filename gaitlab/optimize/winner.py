@@ -15,6 +15,7 @@ from gaitlab.experiment import Experiment, Value, load_experiment
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.metrics import unit_of
 from gaitlab.optimize.validation import fresh_seeds
+from gaitlab.outputs import write_text
 from gaitlab.plugins import is_file_name
 from gaitlab.provenance import provenance
 from gaitlab.study import Candidate, History
@@ -74,7 +75,7 @@ def export_winner(
         tree = apply_setting(tree, f"{searched}={_yaml(value)}")
     content = plain(_standing_alone(tree))
     body = dump({**own, **(content if isinstance(content, Mapping) else {})})
-    path.write_text("\n".join([*_head(history, winner), body]), encoding="utf-8")
+    write_text(path, "\n".join([*_head(history, winner), body]))
     return load_experiment(path)
 
 

@@ -10,7 +10,8 @@ from functools import cached_property
 from pathlib import Path
 
 from gaitlab.canonical import canonical_json
-from gaitlab.errors import StoreError, Undecided
+from gaitlab.errors import Undecided
+from gaitlab.outputs import write_text
 from gaitlab.store import Scalar
 
 FORMAT = 1  # of the file; raise it when an older gaitlab would misread a newer file
@@ -98,13 +99,7 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
     trials = ",\n".join(f"  {json.dumps(walk, sort_keys=True)}" for walk in content.pop("walks"))
     head = {"gaitlab_baseline": FORMAT, "seal": _seal(baseline), **content}
     text = json.dumps(head, indent=1).removesuffix("\n}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(f'{text},\n "walks": [\n{trials}\n ]\n}}\n', encoding="utf-8")
-    except OSError as error:
-        raise StoreError(
-            f"{path}: the baseline cannot be written ({error.strerror}); choose another --output"
-        ) from error
+    write_text(path, f'{text},\n "walks": [\n{trials}\n ]\n}}\n')
 
 
 def read_baseline(path: Path) -> Baseline:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
 from itertools import chain, repeat
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from gaitlab.errors import GaitlabError, StoreError, UsageError
+from gaitlab.errors import GaitlabError, UsageError
+from gaitlab.outputs import MARK, replaced
 from gaitlab.picture.colours import BLUE, INK, PAPER, VERMILLION
 from gaitlab.picture.lawn import BOARD_COLOUR
 from gaitlab.picture.robot import ALUMINIUM, DARK, ORANGE
@@ -30,26 +29,6 @@ class NoEncoder(GaitlabError):
     """This machine cannot write videos."""
 
     exit_code = 2
-
-
-@contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """A name to write to; it takes the place of the file only once it is whole.
-
-    Raises:
-        StoreError: If it cannot be written.
-    """
-    part = path.with_name(f".{path.stem}.part{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield part
-        os.replace(part, path)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise StoreError(f"{path}: cannot be written ({reason}); give another --output") from error
-    finally:
-        with suppress(OSError):
-            part.unlink()
 
 
 def require_encoder() -> None:
@@ -105,6 +84,7 @@ def write_gif(
             loop=0,
             optimize=False,
             disposal=1,
+            comment=MARK.encode(),
         )
 
 
@@ -143,7 +123,10 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float, held: int
             pixelformat="yuv420p",
             macro_block_size=2,
             quality=None,
-            output_params=["-crf", str(QUALITY), "-preset", "veryfast", "-movflags", "+faststart"],
+            output_params=[
+                *("-crf", str(QUALITY), "-preset", "veryfast", "-movflags", "+faststart"),
+                *("-metadata", f"comment={MARK}"),
+            ],
         )
         with writer:
             last = None

@@ -7,16 +7,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from PIL.PngImagePlugin import PngInfo
 
 from gaitlab.errors import UsageError
+from gaitlab.outputs import MARK, refuse_other, replaced
 from gaitlab.replay.cut import Cut
-from gaitlab.replay.files import replaced, require_encoder, write_gif, write_mp4
+from gaitlab.replay.files import require_encoder, write_gif, write_mp4
 from gaitlab.replay.lens import CAMERAS, View
 from gaitlab.replay.painter import Painter, Style
 from gaitlab.replay.strip import filmstrip
 from gaitlab.replay.studio import frames
 from gaitlab.replay.take import Recorded, take_of
 
+STARTS = {".gif": b"GIF8", ".mp4": b"\0\0\0", ".png": b"\x89PNG", ".svg": b"<?xml"}
 FILMS, STILLS = (".gif", ".mp4"), (".png", ".svg")
 SIZES = {".gif": (480, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # pixels; a strip's panel
 BESIDE = {".gif": (640, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # of two trials
@@ -50,6 +53,7 @@ def write_replay(
     size: tuple[int, int] | None = None,
     panels: int = 6,
     jobs: int = 1,
+    force: bool = False,
 ) -> Written:
     """Draw one trial, or two side by side on one clock, into a file.
 
@@ -61,13 +65,16 @@ def write_replay(
         size: Width and height in pixels, of a panel for a strip; by default that of the kind.
         panels: Instants on a strip.
         jobs: How many processes paint a film.
+        force: Also replace a file that gaitlab did not write.
 
     Raises:
-        UsageError: If path or size are not allowed, or two trials are asked of a drawing.
+        UsageError: If path or size are not allowed, two trials are asked of a drawing, or a file is
+            there that gaitlab did not write.
         NoEncoder: If an MP4 is asked for and there is no ffmpeg.
         StoreError: If the file cannot be written.
     """
     kind = checked_kind(path)
+    refuse_other(path, STARTS[kind], force=force)
     wide = checked_size(size or (BESIDE if len(shown) > 1 else SIZES).get(kind, (750, 780)))
     style = Style(view=view, width=wide[0], height=wide[1], span=(cut.begin, cut.end))
     if kind in FILMS:
@@ -76,7 +83,9 @@ def write_replay(
     if kind == ".png":
         takes = tuple(take_of(each, cut.spread(panels).tolist()) for each in shown)
         with replaced(path) as part:
-            filmstrip(takes, style, cut.spread(panels).tolist()).save(part)
+            facts = PngInfo()
+            facts.add_text("Software", MARK)
+            filmstrip(takes, style, cut.spread(panels).tolist()).save(part, pnginfo=facts)
         return Written(path, path.stat().st_size, panels * len(shown), 0.0)
     _write_drawing(shown, path, cut, style)
     return Written(path, path.stat().st_size, 1, 0.0)
@@ -139,4 +148,4 @@ def _write_drawing(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style
     stance = stance_at(log, robot.tree, robot.sole, tick, robot.feet)
     figure = portrait(stance, trial.surface, camera=CAMERAS[style.view])
     with replaced(path) as part:
-        figure.savefig(part, metadata={"Date": None, "Creator": None})
+        figure.savefig(part, metadata={"Date": None, "Creator": MARK})

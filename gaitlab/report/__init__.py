@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
+from gaitlab.outputs import published
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.page import write_page
@@ -25,6 +26,7 @@ def write_report(
     *,
     html: bool = False,
     tables: bool = False,
+    force: bool = False,
 ) -> Path:
     """Write the report of one or several experiments; the same store gives the same bytes.
 
@@ -34,6 +36,7 @@ def write_report(
         output: Folder of the page and its figures; by default `reports/<names>`.
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -49,7 +52,9 @@ def write_report(
         store.require_one_file(experiment)
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
-    page = write_page(results, sources(experiments, store, results), folder)
-    if tables:
-        write_tables(page, results)
-    return write_html(page) if html else page
+    with published(folder, force=force) as place:
+        page = write_page(results, sources(experiments, store, results), place)
+        if tables:
+            write_tables(page, results)
+        page = write_html(page) if html else page
+    return folder / page.name

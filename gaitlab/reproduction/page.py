@@ -13,6 +13,7 @@ import pandas as pd
 
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment
+from gaitlab.outputs import published
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.markdown import code, escape, fenced, section, table
@@ -42,6 +43,7 @@ def write_reproduction(
     *,
     html: bool = False,
     tables: bool = False,
+    force: bool = False,
 ) -> Path:
     """Write the page of a reproduction; the same store gives the same bytes.
 
@@ -51,6 +53,7 @@ def write_reproduction(
         output: Folder of the page and its figures; by default `reports/<name>`.
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -62,18 +65,19 @@ def write_reproduction(
     """
     results = _results(reproduction, store)
     folder = output or REPORTS / reproduction.name
-    folder.mkdir(parents=True, exist_ok=True)
-    context = Context(
-        results=results,
-        experiments={member.name: member for member in reproduction.members},
-        store=store,
-        folder=folder,
-    )
-    page = folder / "README.md"
-    page.write_text(_page(reproduction, context), encoding="utf-8")
-    if tables:
-        write_tables(page)
-    return write_html(page) if html else page
+    with published(folder, force=force) as place:
+        context = Context(
+            results=results,
+            experiments={member.name: member for member in reproduction.members},
+            store=store,
+            folder=place,
+        )
+        page = place / "README.md"
+        page.write_text(_page(reproduction, context), encoding="utf-8")
+        if tables:
+            write_tables(page)
+        page = write_html(page) if html else page
+    return folder / page.name
 
 
 def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:

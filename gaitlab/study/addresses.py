@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
+from urllib.parse import quote, quote_plus
 
 from optuna.exceptions import StorageInternalError
 from optuna.storages import RDBStorage
@@ -27,6 +29,14 @@ DRIVERS = {  # modules of each kind of server, of which the first that is instal
     "postgresql": ("psycopg", "psycopg2"),
     "mysql": ("pymysql", "mysqldb"),
 }
+HIDDEN = "***"  # as SQLAlchemy writes it in place of a password
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.]{0,30}")
+_SECRET = re.compile(r"pass|pwd|secret|token|credential", re.IGNORECASE)  # name of a parameter
+_ASSIGNED = re.compile(
+    r"""(\b\w*(?:pass|pwd|secret|token|credential)\w*['"]?\s*[=:]\s*)('[^']*'|"[^"]*"|[^\s&,;]+)""",
+    re.IGNORECASE,
+)
+_BEFORE_HOST = re.compile(r"(://[^\s/:@]*:)\S*@")
 _FILE = (sqlite3.Error, OSError, NotAFile)  # what a file of its own refuses
 INSTALL = {"postgresql": "psycopg2-binary", "mysql": "PyMySQL"}
 
@@ -73,7 +83,7 @@ def server_storage(address: str) -> RDBStorage:
     Raises:
         StoreError: If it cannot be reached.
     """
-    with understood(shown(address)):
+    with understood(shown(address), address=address):
         url = _with_driver(make_url(address))
         for _ in range(MAKERS - 1):
             with suppress(IntegrityError, ProgrammingError):
@@ -97,16 +107,50 @@ def _with_driver(url: URL) -> URL:
 
 
 def shown(address: str) -> str:
-    """An address without its password."""
+    """An address without the passwords in it; of what is no address, the scheme alone."""
     try:
-        return make_url(address).render_as_string(hide_password=True)
-    except SQLAlchemyError:
-        return address
+        url = make_url(address)
+    except (SQLAlchemyError, ValueError):
+        scheme, found, _ = address.partition("://")
+        return f"{scheme}://{HIDDEN}" if found and _SCHEME.fullmatch(scheme) else HIDDEN
+    secret = {name: HIDDEN for name in url.query if _SECRET.search(name)}
+    return url.update_query_dict(secret).render_as_string(hide_password=True)
+
+
+def without_secrets(text: str, address: str | None = None) -> str:
+    """What a driver says, without the passwords that it repeats.
+
+    Args:
+        text: Its words.
+        address: The address that they are about, if it is known.
+    """
+    for secret in sorted(_secrets(address or ""), key=len, reverse=True):
+        text = text.replace(secret, HIDDEN)
+    return _ASSIGNED.sub(rf"\1{HIDDEN}", _BEFORE_HOST.sub(rf"\1{HIDDEN}@", text))
+
+
+def _secrets(address: str) -> set[str]:
+    """The address itself and every password in it, as it is written and as it is meant."""
+    found = {address, address.partition("://")[2]}
+    try:
+        url = make_url(address)
+    except (SQLAlchemyError, ValueError):
+        return found - {""}
+    given = [str(url.password or "")]
+    for name, value in url.query.items():
+        if _SECRET.search(name):
+            given += [value] if isinstance(value, str) else value
+    return {*found, *given, *map(quote, given), *map(quote_plus, given)} - {""}
 
 
 @contextmanager
-def understood(where: str, file: Path | None = None) -> Iterator[None]:
-    """What a database refuses, in the user's words.
+def understood(where: str, file: Path | None = None, address: str | None = None) -> Iterator[None]:
+    """What a database refuses, in the user's words and without passwords.
+
+    Args:
+        where: The database, for the message.
+        file: Its file, if it is the store's own.
+        address: Its address as it was given.
 
     Raises:
         StoreError: If it refuses.
@@ -114,14 +158,18 @@ def understood(where: str, file: Path | None = None) -> Iterator[None]:
     try:
         yield
     except (SQLAlchemyError, StorageInternalError, ImportError, *_FILE) as error:
-        raise StoreError(f"{where}: {_advice(error, file)}") from error
-    except RuntimeError as error:  # another version's tables
-        raise StoreError(f"{where}: {error}") from error
+        advice = _advice(error, file, address)
+        raise StoreError(f"{where}: {advice}") from error
+    except (RuntimeError, ValueError, TypeError) as error:  # another version's tables, a port "x"
+        if address is None and not isinstance(error, RuntimeError):
+            raise
+        raise StoreError(f"{where}: {without_secrets(str(error), address)}") from error
 
 
-def _advice(error: Exception, file: Path | None) -> str:
+def _advice(error: Exception, file: Path | None, address: str | None) -> str:
     cause = error.__cause__ or error
-    reason = " ".join(str(cause).partition("[SQL:")[0].partition("(Background")[0].split())
+    text = str(cause).partition("[SQL:")[0].partition("(Background")[0]
+    reason = " ".join(without_secrets(text, address).split())
     if isinstance(error, ImportError):
         how = ", ".join(f"`pip install {name}` for {kind}" for kind, name in INSTALL.items())
         return f"its driver is not installed ({reason}): {how}"
