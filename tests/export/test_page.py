@@ -14,14 +14,24 @@ from tests.test_docs import ROOT, commands
 PAGE = ROOT / "docs" / "export.md"
 
 
+TINY = """\
+name: eros_quick
+include: {shipped}
+seeds: 1
+horizon: {{cycles: 0.5}}
+surfaces: [hard_floor]
+grid: {{gait.step_length: [0.02, 0.04]}}
+"""
+
+
 @pytest.fixture(scope="module")
 def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the quick experiment was run, on hard floor and for half a cycle."""
     folder = tmp_path_factory.mktemp("reader")
-    tiny = ["horizon.cycles=0.5", "surfaces=[hard_floor]", "grid={gait.step_length: [0.02, 0.04]}"]
-    settings = [word for value in tiny for word in ("--set", value)]
-    words = ["run", "eros_quick", *settings, "--seeds", "1", "-j", "0"]
-    assert run_command_line([*words, "--store", str(folder / "data")]) == 0
+    file, shipped = folder / "eros_quick.yaml", ROOT / "experiments" / "eros_quick.yaml"
+    file.write_text(TINY.format(shipped=shipped))
+    words = ["run", str(file), "-j", "0", "--store", str(folder / "data")]
+    assert run_command_line(words) == 0
     return folder
 
 
