@@ -10,8 +10,8 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
-    "errors plugins randomness parameters canonical documents kinematics provenance statistics "
-    "reference",
+    "errors printable plugins randomness parameters canonical documents kinematics provenance "
+    "statistics reference",
     "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
     "servos imu balancing",
     "gaits robots balance metrics",

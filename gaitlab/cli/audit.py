@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, StoreFolder, completed
 from gaitlab.cli.printing import say
 from gaitlab.errors import UnknownName
 
@@ -23,7 +23,12 @@ DEFAULT_FOLDER = Path("reports") / "papers"
 
 def audit(
     paper: Annotated[
-        str, typer.Argument(metavar="PAPER|all", help="eros, flow, biped, nao, bioloid or all.")
+        str,
+        typer.Argument(
+            metavar="PAPER|all",
+            help="eros, flow, biped, nao, bioloid or all.",
+            autocompletion=completed(lambda: [*papers(), ALL]),
+        ),
     ],
     output: Annotated[
         Path, typer.Option("--output", metavar="DIR", help="Folder of the pages.")

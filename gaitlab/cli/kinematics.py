@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from gaitlab.cli.options import Settings
+from gaitlab.cli.options import Settings, completed, names_of
 from gaitlab.cli.printing import columns, say
 from gaitlab.errors import UnknownName, UsageError, WrongValue
 
@@ -18,13 +18,24 @@ if TYPE_CHECKING:
 
     from gaitlab.limbs import Branch, Limb
 
+LIMBS = ("left_leg", "right_leg", "left_arm", "right_arm", "head")
 NUMBERS = {"ignore_unknown_options": True}  # else -0.2 would be an option
 
 RobotName: TypeAlias = Annotated[
-    str, typer.Argument(metavar="ROBOT", help="A name from `gaitlab list robots`, or a file.")
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A name from `gaitlab list robots`, or a file.",
+        autocompletion=completed(lambda: names_of("robot")),
+    ),
 ]
 LimbName: TypeAlias = Annotated[
-    str, typer.Argument(metavar="LIMB", help="left_leg, right_leg, left_arm, right_arm or head.")
+    str,
+    typer.Argument(
+        metavar="LIMB",
+        help=f"{', '.join(LIMBS[:-1])} or {LIMBS[-1]}.",
+        autocompletion=completed(lambda: LIMBS),
+    ),
 ]
 More: TypeAlias = Annotated[list[str] | None, typer.Argument(metavar="NUMBER", hidden=True)]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.checking import check_winner, hold_final
-from gaitlab.cli.options import DEFAULT_STORE, Jobs, Quiet, Settings, StoreFolder
+from gaitlab.cli.options import (
+    DEFAULT_STORE,
+    Jobs,
+    Quiet,
+    Settings,
+    StoreFolder,
+    completed,
+    store_option,
+)
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import UsageError
@@ -28,9 +36,20 @@ class Baseline(str, Enum):
     random = "random"
 
 
+def _studies() -> list[str]:
+    from gaitlab.experiment import studies
+
+    return studies()
+
+
 def optimize(
     study: Annotated[
-        str, typer.Argument(metavar="STUDY", help="A file, or the name of one in experiments/.")
+        str,
+        typer.Argument(
+            metavar="STUDY",
+            help="A file, or the name of one in experiments/.",
+            autocompletion=completed(_studies),
+        ),
     ],
     trials: Annotated[
         int | None,
@@ -156,8 +175,7 @@ def _arguments(
     parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--trials", str(trials)] if trials is not None else []
     parts += ["--storage", storage] if storage is not None else []
-    parts += ["--store", str(store)] if store != DEFAULT_STORE else []
-    return shlex.join(parts)
+    return shlex.join([*parts, *store_option(store)])
 
 
 def _export(history: History, export: Path | None, settings: Sequence[str]) -> None:

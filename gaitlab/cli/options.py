@@ -2,10 +2,50 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
+
+if TYPE_CHECKING:
+    from gaitlab.plugins import Kind
+
+STORE_VARIABLE = "GAITLAB_STORE"
+DEFAULT_STORE = Path("data")
+
+
+def store_option(store: Path) -> list[str]:
+    """What a command needs to find the store when it is typed in this shell."""
+    usual = Path(os.environ.get(STORE_VARIABLE) or DEFAULT_STORE)
+    return [] if store == usual else ["--store", str(store)]
+
+
+def completed(known: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """What completes a name; silent whatever is wrong, for someone is just typing."""
+
+    def complete(incomplete: str) -> list[str]:
+        with suppress(Exception):
+            return sorted({name for name in known() if name.startswith(incomplete)})
+        return []
+
+    return complete
+
+
+def names_of(*kinds: Kind) -> list[str]:
+    """Names of these kinds that can be asked for."""
+    from gaitlab.plugins import names
+
+    return [name for kind in kinds for name in names(kind)]
+
+
+def _experiments() -> list[str]:
+    return names_of("experiment")
+
+
+complete_experiments = completed(_experiments)
 
 
 def _folder(text: str) -> Path:
@@ -17,11 +57,21 @@ def _folder(text: str) -> Path:
 
 ExperimentName: TypeAlias = Annotated[
     str,
-    typer.Argument(metavar="EXPERIMENT", help="A file, or the name of one in experiments/."),
+    typer.Argument(
+        metavar="EXPERIMENT",
+        help="A file, or the name of one in experiments/.",
+        autocompletion=complete_experiments,
+    ),
 ]
 StoreFolder: TypeAlias = Annotated[
     Path,
-    typer.Option("--store", metavar="DIR", parser=_folder, help="Folder of the results."),
+    typer.Option(
+        "--store",
+        metavar="DIR",
+        parser=_folder,
+        envvar=STORE_VARIABLE,
+        help="Folder of the results.",
+    ),
 ]
 Settings: TypeAlias = Annotated[
     list[str] | None,
@@ -46,5 +96,3 @@ Quick: TypeAlias = Annotated[
     bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
 ]
 Quiet: TypeAlias = Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")]
-
-DEFAULT_STORE = Path("data")

@@ -20,6 +20,7 @@ from gaitlab.cli.options import (
     Seeds,
     Settings,
     StoreFolder,
+    store_option,
 )
 from gaitlab.cli.plan_text import plan_text
 from gaitlab.cli.printing import (
@@ -214,8 +215,7 @@ def arguments_of(
     parts = [experiment, *(["--quick"] if quick else [])]
     parts += [*(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--seeds", str(seeds)] if seeds is not None else []
-    parts += ["--store", str(store)] if store != DEFAULT_STORE else []
-    return shlex.join(parts)
+    return shlex.join([*parts, *store_option(store)])
 
 
 def tell_reasons(results: Store, name: str, summary: Summary) -> None:

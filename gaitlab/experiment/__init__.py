@@ -46,7 +46,7 @@ from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.design import Design, Follower, Quantity
 from gaitlab.experiment.experiment import Experiment, load_experiment
 from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, owned, try_out
-from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
+from gaitlab.experiment.purposes import is_reproduction, refuse_study, studies, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 
@@ -68,6 +68,7 @@ __all__ = [
     "load_experiment",
     "owned",
     "refuse_study",
+    "studies",
     "study_of",
     "try_out",
 ]

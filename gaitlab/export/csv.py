@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitlab.export.recorded import Recorded
 from gaitlab.log_columns import Column, columns
+from gaitlab.printable import csv_cell
 
 
 def write_csv(shown: Recorded, path: Path) -> list[Path]:
@@ -17,7 +18,7 @@ def write_csv(shown: Recorded, path: Path) -> list[Path]:
     texts = [_texts(shown.log.arrays[column.name]) for column in described]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([_title(column) for column in described])
+        writer.writerow([csv_cell(_title(column)) for column in described])
         writer.writerows(zip(*texts, strict=True))
     return [path]
 

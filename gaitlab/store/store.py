@@ -185,8 +185,12 @@ class Store(TrialFiles):
 
         return outcomes_table(self.index().entries, trial_ids)
 
-    def query(self, sql: str) -> pd.DataFrame:
+    def query(self, sql: str, *, exact: bool = False) -> pd.DataFrame:
         """Answer of DuckDB over the views `trials` (see `table`) and `ticks` (trial_id and log).
+
+        Args:
+            sql: One SELECT.
+            exact: Give every value as JSON text with all its digits; None for NULL.
 
         Raises:
             UsageError: If the query is wrong; quotes DuckDB and lists the columns.
@@ -195,7 +199,7 @@ class Store(TrialFiles):
         from gaitlab.store.tables import select  # slow to load, and no worker needs it
 
         table = self._table_file.path if self._table_file.fresh else self.table()
-        return select(sql, table, self._logs())
+        return select(sql, table, self._logs(), exact=exact)
 
     def _logs(self) -> Iterator[Path]:
         for key, item in self.index().entries.items():

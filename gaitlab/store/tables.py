@@ -52,13 +52,16 @@ def outcomes_table(entries: Mapping[str, Entry], trial_ids: Iterable[str]) -> pd
     return _frame(_row(item, None, {}) for item in wanted).drop(columns="experiment")
 
 
-def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.DataFrame:
+def select(
+    sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path], *, exact: bool = False
+) -> pd.DataFrame:
     """Answer of DuckDB to one query over the views `trials` and `ticks`.
 
     Args:
         sql: The query.
         trials: The table, or the file that `write_table` made of it.
         logs: Files with a log; only a query of `ticks` asks for them.
+        exact: Give every value as JSON text with all its digits, whatever its type; None for NULL.
 
     Raises:
         UsageError: If DuckDB does not understand the query, or it is not one SELECT.
@@ -73,7 +76,8 @@ def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.Da
             if _TICKS.search(sql):
                 _create_ticks(connection, files)
             _close_in(connection, [*files, *([trials] if isinstance(trials, Path) else [])])
-            return connection.sql(sql).df()
+            answer = connection.sql(sql)
+            return _exact(answer) if exact else answer.df()
         except duckdb.Error as error:
             raise UsageError(_advice(error, connection)) from error
 
@@ -84,6 +88,12 @@ def _require_one_question(sql: str) -> None:
     if len(statements) != 1 or statements[0].type not in _QUESTIONS:
         found = ", ".join(statement.type.name for statement in statements) or "nothing"
         raise UsageError(f"a query is one SELECT (or EXPLAIN); this is {found}")
+
+
+def _exact(answer: duckdb.DuckDBPyRelation) -> pd.DataFrame:
+    """Values as DuckDB writes them in JSON: pandas has no type for half of its types."""
+    texts = ", ".join(f"to_json(#{place})" for place in range(1, len(answer.columns) + 1))
+    return pd.DataFrame(answer.project(texts).fetchall(), columns=answer.columns, dtype=object)
 
 
 def _close_in(connection: duckdb.DuckDBPyConnection, files: Iterable[Path]) -> None:
