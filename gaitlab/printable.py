@@ -19,6 +19,11 @@ def visible(text: str) -> str:
     return _OBEYED.sub(_written_out, text)
 
 
+def is_utf8(text: str) -> bool:
+    """Whether the text can be written to a file or a database: it holds no half of a character."""
+    return text.isascii() or text == text.encode(errors="ignore").decode()
+
+
 def _written_out(found: re.Match[str]) -> str:
     code = ord(found[0])
     return f"\\x{code - 0xDC00:02x}" if code in _BYTE else ascii(found[0])[1:-1]

@@ -67,6 +67,12 @@ def own_gait(head: str) -> str:
         (("show", "ABCDEF"), 3, "no trial starts with abcdef"),
         (("run", "loop.yaml"), 3, "Symlink loop"),
         (("run", "none.yaml"), 3, "there is no file"),
+        (("run", f"{'n' * 300}.yaml"), 3, "File name too long"),
+        (("show", f"{'n' * 300}.py"), 3, "File name too long"),
+        (("run", "include.yaml"), 3, "include.yaml:1:10: include: "),
+        (("report", "eros_small", "--storage", "postgresql://u@h:abc/d"), 7, "1 to 65535"),
+        (("report", "eros_small", "--storage", "postgresql://h:99999/d"), 7, "1 to 65535"),
+        (("report", "eros_small", "--storage", "postgresql://[::1/d"), 7, "1 to 65535"),
         (("status", "none.yaml"), 3, "there is no file"),
         (("status", "--store", "file"), 7, "file"),
         (("query", "SELECT 1", "--store", "file"), 7, "file"),
@@ -76,11 +82,12 @@ def own_gait(head: str) -> str:
 def test_a_slip_is_named_with_the_way_out(gaitlab, arguments, code: int, message: str) -> None:
     Path("file").touch()
     Path("loop.yaml").symlink_to("loop.yaml")
+    Path("include.yaml").write_text(f"include: {'n' * 300}.yaml\n")
     done = gaitlab(*arguments)
     assert (done.code, done.out) == (code, "")
     assert message in done.err
     assert "Traceback" not in done.err
-    assert sorted(os.listdir()) == ["file", "loop.yaml"]
+    assert sorted(os.listdir()) == ["file", "include.yaml", "loop.yaml"]
 
 
 @pytest.mark.parametrize(

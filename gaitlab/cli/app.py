@@ -23,6 +23,7 @@ from gaitlab.cli.replaying import replay
 from gaitlab.cli.results import QueryCommand, query, report, status
 from gaitlab.cli.running import run
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
+from gaitlab.printable import is_utf8
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 READING = ("list", "show", "query", "ik", "fk")
@@ -149,10 +150,10 @@ def _require_utf8(words: Sequence[str]) -> None:
         UsageError: If a word holds other bytes.
     """
     for word in words:
-        if not word.isascii() and word != word.encode(errors="ignore").decode():
+        if not is_utf8(word):
             raise UsageError(
-                f"the argument '{word}' holds bytes that are no UTF-8; write it in UTF-8, and "
-                "rename the file or folder if it is one (`convmv -f latin1 -t utf8`)"
+                f"the argument '{word}' holds bytes that are no UTF-8; rename the file or "
+                "folder, or set a locale of UTF-8 (LC_ALL=C.UTF-8) if it was typed so"
             )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
@@ -168,9 +169,10 @@ def _kind_of_file(name: str) -> Kind:
     from gaitlab.parameters import parameter_table
     from gaitlab.servos import Servo
 
-    path = Path(name)
+    path, text = Path(name), ""
     if path.suffix == ".py":
-        text = path.read_text(errors="replace") if path.is_file() else ""
+        with suppress(OSError):  # whoever loads it says what is wrong with it
+            text = path.read_text(encoding="utf-8", errors="replace")
         return next((kind for name, kind in CLASSES.items() if f"class {name}" in text), "gait")
     keys = set(load(path).mapping)
     if "type" in keys or "frames" in keys:

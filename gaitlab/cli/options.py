@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from gaitlab.printable import is_utf8
+
 if TYPE_CHECKING:
     from gaitlab.plugins import Kind
 
@@ -52,6 +54,8 @@ def _folder(text: str) -> Path:
     # An unset variable of the shell gives an empty text, which a Path takes for this folder.
     if not str(text).strip():
         raise typer.BadParameter("found nothing; give a folder, or leave the option out")
+    if not is_utf8(str(text)):
+        raise typer.BadParameter(f"found '{text}', which holds bytes that are no UTF-8; rename it")
     return Path(text)
 
 

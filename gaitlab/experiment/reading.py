@@ -62,9 +62,12 @@ def _included(path: Path, include: Node, chain: tuple[Path, ...]) -> tuple[Path,
 
 def _resolved(file: Path, include: Node) -> Path:
     try:
-        return file.resolve()
+        base = file.resolve()
+        base.is_file()
+        return base
     except (OSError, RuntimeError, ValueError) as error:
-        message = f"include: {str(file)[:200]!r} leads nowhere: {error}; give a .yaml file"
+        reason = getattr(error, "strerror", None) or error
+        message = f"include: {str(file)[:200]!r} leads nowhere: {reason}; give a .yaml file"
         raise FileError([include.problem(message)]) from error
 
 
