@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import pytest
 from gaitlab.cli import printing, run_command_line
 from gaitlab.cli.printing import number, other_output_on_stderr, plural, wrapped
 from gaitlab.plugins import locate
+from gaitlab.shell import store_option
 from tests.pretended import pretend, pretend_well
 from tests.test_cli import EXPERIMENT, Printed
 
@@ -341,7 +343,7 @@ def test_a_terminal_of_another_alphabet_gets_the_answer(gaitlab) -> None:
 def test_the_environment_names_the_store_and_an_option_overrides_it(gaitlab, monkeypatch) -> None:
     monkeypatch.setenv("GAITLAB_STORE", "of the lab")
     done = gaitlab("run", EXPERIMENT, "-j", "0")
-    assert done.out.splitlines()[-1] == f"Report: gaitlab report {EXPERIMENT}"
+    assert done.out.splitlines()[-1].endswith("--store 'of the lab'")
     assert Path("of the lab", "trials").is_dir()
     assert "24" in gaitlab("status").out
     done = gaitlab("run", EXPERIMENT, "-j", "0", "--store", "data")
@@ -361,6 +363,68 @@ def test_metrics_are_listed_with_their_units_and_studies_alone(gaitlab) -> None:
     names = [line.split()[0] for line in gaitlab("list", "studies").out.splitlines()]
     assert {"eros_small", "ours", "base"} <= set(names)
     assert "eros_quick" not in names
+
+
+def suggested(text: str) -> list[str]:
+    """Arguments of the command that a message holds."""
+    command = text.rpartition("`gaitlab ")[2].partition("`")[0]
+    command = command if "`" in text else text.rpartition(": gaitlab ")[2].splitlines()[0]
+    return shlex.split(command)
+
+
+def test_commands_that_messages_suggest_work_when_they_are_pasted(gaitlab, monkeypatch) -> None:
+    Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
+    Path("my test.yaml").write_text(
+        "name: walk\nrobot: eros\ngait: eros\nsurfaces: ['./my floor.yaml']\nseeds: 1\n"
+    )
+    shared = ("my test.yaml", "--set", "gait.step_height=0.02", "--store", "my store")
+    for command in (("report",), ("baseline", "--output", "b.json")):
+        refused = gaitlab(*command, *shared)
+        assert refused.code != 0
+        asked = suggested(refused.err)
+        assert asked[0] == "run"
+        assert {*shared} <= {*asked}
+        done = gaitlab(*asked, "-j", "0", "--json")
+        assert json.loads(done.out)["done"] == 1
+        Path("my floor.yaml").write_text("type: rigid\nfriction: 0.5\n")  # another ground
+    done = gaitlab(*asked, "-j", "0")
+    assert suggested(done.out)[:2] == ["report", "my test.yaml"]
+    Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
+    assert gaitlab("baseline", *suggested(done.out)[1:], "--output", "b.json").code == 0
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    done = gaitlab("run", EXPERIMENT, "--store", "my store")
+    look = done.err.partition("(gaitlab ")[2].partition(")")[0]
+    assert gaitlab(*shlex.split(look)).out.startswith("trial ")
+    refused = gaitlab("report", "eros_small", "--store", "my store")
+    assert suggested(refused.err) == ["optimize", "eros_small", "--store", "my store"]
+
+
+def test_an_option_that_is_left_out_for_the_usual_store_is_named_where_that_is_another(
+    gaitlab, monkeypatch
+) -> None:
+    assert store_option(Path("data")) == []
+    monkeypatch.setenv("GAITLAB_STORE", "of the lab")
+    assert store_option(Path("data")) == ["--store", "data"]
+    assert store_option(Path("of the lab")) == ["--store", "of the lab"]
+
+
+def test_two_surfaces_of_one_name_are_told_apart_from_one_listed_twice(gaitlab) -> None:
+    Path("hard_floor.yaml").write_text("type: rigid\nfriction: 0.4\n")
+    text = Path(EXPERIMENT).read_text()
+    listed = "surfaces: [hard_floor, ./hard_floor.yaml]"
+    Path("ours.yaml").write_text(text.replace("surfaces: [grass_50mm, carpet_4mm]", listed))
+    done = gaitlab("run", "ours.yaml", "-n")
+    assert done.code == 3
+    assert "ours.yaml:4:24: " in done.err
+    assert "'./hard_floor.yaml' beside 'hard_floor'" in done.err
+    assert "rename" in done.err
+
+
+@pytest.mark.parametrize("target", ["0,02 0,05 -0,25", "0.02 0.05 −0.25"])
+def test_a_number_from_another_keyboard_is_recognised_on_the_command_line(gaitlab, target) -> None:
+    done = gaitlab("ik", "eros", "left_leg", "--target", *target.split())
+    assert (done.code, done.out) == (3, "")
+    assert "write 0.02, with a point" in done.err or "write -0.25, with the minus" in done.err
 
 
 TYPES = {

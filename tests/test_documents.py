@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ruamel.yaml.composer import Composer
 
-from gaitlab.documents import Node, build, dump, load, merged, parse, plain
+from gaitlab.documents import Node, build, dump, instead, load, merged, parse, plain
 from gaitlab.errors import FileError, WrongValue
 from gaitlab.parameters import parameter
 
@@ -202,6 +202,40 @@ def test_as_many_values_as_a_long_grid_has_are_read() -> None:
     assert len(parse(f"a: [{', '.join(['0.25'] * 9000)}]", FILE).mapping["a"].items) == 9000
 
 
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("lean: 0,03", "0.03"),
+        ("lean: -,5", "-.5"),
+        ("lean: −0.02", "-0.02"),
+        ("lean: –0,02", "-0.02"),
+        ("lean: －０．０３", "-0.03"),
+        ("lean: ٠٫٢٥", "0.25"),
+        ("joints: １０", "10"),
+        ('lean: "0.03"', "0.03"),
+        ("foot: {length: 0,12}", "0.12"),
+        ("foot: {length: 0.1, kind: flat}\nlabel: {−0,5, 3}", "-0.5"),
+        ("label: [0,02, 0,04]", "0.02"),
+    ],
+)
+def test_a_number_from_another_keyboard_is_told_as_yaml_writes_it(text: str, meant: str) -> None:
+    found = complaints(f"height: 0.5\n{text}" if "height" not in text else text)
+    assert f"write {meant}" in found[0]
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize("text", ["1.000,5", "0,03 m", "a,b", "", "-", "²", "1,2,3", "½"])
+def test_what_is_no_number_alone_is_not_taken_for_one(text: str) -> None:
+    assert instead(text) == ""
+
+
+def test_lists_of_whole_numbers_stay_lists() -> None:
+    assert plain(parse("a: [1,2, 0,5, -1,10]\nb: {c: 0, d: 12}", FILE)) == {
+        "a": (1, 2, 0, 5, -1, 10),
+        "b": {"c": 0, "d": 12},
+    }
+
+
 def test_hundreds_of_mistakes_fill_one_screen() -> None:
     text = "\n".join(f"key{k}: {k}" for k in range(400))
     with pytest.raises(FileError) as caught:
@@ -291,7 +325,7 @@ def test_a_number_may_carry_unit_and_source() -> None:
         ),
         ("lean: '0.1'", "2:7", "the text '0.1'"),
         ("lean: '1e-1'", "2:7", "write 1e-1 without quotes"),
-        ("lean: 0,1", "2:7", "write 0.1 without quotes and with a point"),
+        ("lean: 0,1", "2:7", "write 0.1, with a point"),
         ("lean: 20 deg", "2:7", "write the number alone, without 'deg', in the unit above"),
         ("label: {value: x}", "2:8", "found a mapping (key: value); allowed is text"),
         ("lean: true", "2:7", "found true; allowed is a number"),

@@ -15,7 +15,7 @@ LEVELS = [
     "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
     "servos imu balancing",
     "gaits robots balance metrics",
-    "trial experiment objectives plan engine store picture",
+    "trial experiment objectives plan engine store picture shell",
     "simulate report audit replay export",
     "run study",
     "executors worker",

@@ -18,7 +18,6 @@ from gaitlab.cli.options import (
     Settings,
     StoreFolder,
     completed,
-    store_option,
 )
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
@@ -134,8 +133,8 @@ def optimize(
         if going and validation:
             found, going = hold_final(found, results, workers, quiet=quiet)
         if not as_json:
-            say(result_text(found, again, _arguments(study, None, settings, None, store)))
-        _export(found.tally.history, export, given)
+            say(result_text(found, again, _arguments(study, None, settings, storage, store)))
+        _export(found.tally.history, export, given, store)
         if going and validation:
             going = check_winner(
                 found.tally.history,
@@ -175,13 +174,16 @@ def _arguments(
     parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--trials", str(trials)] if trials is not None else []
     parts += ["--storage", storage] if storage is not None else []
+    from gaitlab.shell import store_option
+
     return shlex.join([*parts, *store_option(store)])
 
 
-def _export(history: History, export: Path | None, settings: Sequence[str]) -> None:
+def _export(history: History, export: Path | None, settings: Sequence[str], store: Path) -> None:
     """Write the winner; of a front, the one in its middle."""
     from gaitlab.optimize.validation import chosen_of
     from gaitlab.optimize.winner import export_winner
+    from gaitlab.shell import store_option
 
     if export is None:
         return
@@ -191,4 +193,4 @@ def _export(history: History, export: Path | None, settings: Sequence[str]) -> N
         return
     written = export_winner(history, winner, export, settings)
     tell(f"{export}: candidate {winner.number} with {len(written.seeds)} fresh seeds")
-    tell(f"Walk it: gaitlab run {shlex.quote(str(export))}")
+    tell(f"Walk it: {shlex.join(['gaitlab', 'run', str(export), *store_option(store)])}")

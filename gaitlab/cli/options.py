@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -14,15 +13,6 @@ from gaitlab.printable import is_utf8
 
 if TYPE_CHECKING:
     from gaitlab.plugins import Kind
-
-STORE_VARIABLE = "GAITLAB_STORE"
-DEFAULT_STORE = Path("data")
-
-
-def store_option(store: Path) -> list[str]:
-    """What a command needs to find the store when it is typed in this shell."""
-    usual = Path(os.environ.get(STORE_VARIABLE) or DEFAULT_STORE)
-    return [] if store == usual else ["--store", str(store)]
 
 
 def completed(known: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
@@ -73,7 +63,7 @@ StoreFolder: TypeAlias = Annotated[
         "--store",
         metavar="DIR",
         parser=_folder,
-        envvar=STORE_VARIABLE,
+        envvar="GAITLAB_STORE",
         help="Folder of the results.",
     ),
 ]
@@ -100,3 +90,5 @@ Quick: TypeAlias = Annotated[
     bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
 ]
 Quiet: TypeAlias = Annotated[bool, typer.Option("-q", "--quiet", help="Show no progress.")]
+
+DEFAULT_STORE = Path("data")

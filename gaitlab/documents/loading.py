@@ -23,7 +23,8 @@ from ruamel.yaml.nodes import Node as YamlNode
 from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.representer import SafeRepresenter
 
-from gaitlab.documents.nodes import Node, Scalar
+from gaitlab.documents.nodes import LONGEST_NUMBER, Node, Scalar
+from gaitlab.documents.typed import MINUSES, instead
 from gaitlab.errors import FileError, Problem
 from gaitlab.printable import is_utf8
 
@@ -35,7 +36,8 @@ MOST_ANCHORS = 500  # of a file
 MOST_VALUES = 200_000  # nodes after anchors are followed, against files that multiply
 DEEPEST = 20  # levels; an experiment needs five
 TOO_DEEP = f"nested too deep; at most {DEEPEST} levels are allowed"
-LONGEST_NUMBER = 60  # characters of one number
+LEADING_ZERO = re.compile(r"0\d")
+BEFORE_COMMA = re.compile(rf"[{MINUSES}+]?[\d.]{{1,20}},$")
 TAG = "tag:yaml.org,2002:"
 DATE = re.compile(r"\d{4}-")  # begins what YAML takes for an instant; here it is text
 PLAIN = re.compile(r"[A-Za-z_./][\w./ -]*\w|[A-Za-z_]")  # ruamel still quotes `yes` and the like
@@ -162,7 +164,7 @@ def parse(text: str, file: Path, *, placed: bool = True) -> Node:
         raise FileError([problem if placed else _unplaced(problem)]) from error
     if root is None:
         return Node(file=file, line=1 if placed else None, column=1 if placed else None, value=None)
-    return _Reader(file, placed).node(root, 0)
+    return _Reader(file, text, placed).node(root, 0)
 
 
 def _control_character(error: ReaderError, file: Path, text: str) -> Problem:
@@ -209,8 +211,8 @@ def _unplaced(problem: Problem) -> Problem:
 class _Reader:
     """Turns the nodes of the YAML library into ours and refuses what is not wanted."""
 
-    def __init__(self, file: Path, placed: bool) -> None:
-        self.file, self.placed, self.count = file, placed, 0
+    def __init__(self, file: Path, text: str, placed: bool) -> None:
+        self.file, self.text, self.placed, self.count = file, text, placed, 0
 
     def node(self, source: YamlNode, depth: int) -> Node:
         self.count += 1
@@ -223,6 +225,9 @@ class _Reader:
         if isinstance(source, ScalarNode):
             return self.placed_node(source, self.scalar(source))
         self.tag(source, "seq")
+        for item in source.value:
+            if isinstance(item, ScalarNode) and LEADING_ZERO.match(str(item.value)):
+                self.refuse_comma(item)
         return self.placed_node(source, tuple(self.node(n, depth + 1) for n in source.value))
 
     def mapping(self, source: MappingNode, depth: int) -> Node:
@@ -246,13 +251,26 @@ class _Reader:
         if source.tag == f"{TAG}merge":
             raise self.wrong(source, "merge keys (<<) are not read; use `include: file.yaml`")
         if not isinstance(source, ScalarNode) or source.tag != f"{TAG}str":
+            self.refuse_comma(source)
             raise self.wrong(source, "a key is a name, such as step_height; write it as text")
-        return self.placed_node(source, self.text(source))
+        return self.placed_node(source, self.words(source))
+
+    def refuse_comma(self, source: YamlNode) -> None:
+        """Refuse digits that stand right behind digits and a comma: what was meant is 0.03.
+
+        Raises:
+            FileError: If they do.
+        """
+        before = BEFORE_COMMA.search(self.text[: source.start_mark.index])
+        if isinstance(source, ScalarNode) and before and str(source.value).isdigit():
+            typed = f"{before[0]}{source.value}"
+            meant = instead(typed) or "write the number with a point"
+            raise self.wrong(source, f"found {typed}; a comma parts values, {meant}")
 
     def scalar(self, source: ScalarNode) -> Scalar:
         short, text = str(source.tag).removeprefix(TAG), str(source.value)
         if short == "str" or (short == "timestamp" and DATE.match(text)):
-            return self.text(source)
+            return self.words(source)
         if short == "null" and text.lower() in ("", "~", "null"):
             return None
         if short == "bool" and text.lower() in ("true", "false"):
@@ -267,7 +285,7 @@ class _Reader:
             raise self.wrong(source, message)
         raise self.wrong(source, f"the tag {source.tag} is not allowed; write the value alone")
 
-    def text(self, source: ScalarNode) -> str:
+    def words(self, source: ScalarNode) -> str:
         text = str(source.value)
         if not is_utf8(text):
             message = f"{text[:60]!r} holds half of a character; write the character itself"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,7 +101,7 @@ def load_experiment(
         raise UsageError(
             f"{path.stem} is a reproduction: several experiments on one page. `gaitlab run` and "
             "`gaitlab report` take it whole; give any other command one of its experiments, which "
-            f"`gaitlab show {name_or_path}` lists"
+            f"`gaitlab show {shlex.quote(str(name_or_path))}` lists"
         )
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -202,7 +203,7 @@ def apply_setting(tree: Node, setting: str) -> Node:
         if path in _varied(tree, section):
             raise UsageError(
                 f"--set {setting}: the file varies {path} under {section}, so the value would "
-                f"change nothing; write --set '{section}.{path}=[{text}]'"
+                f"change nothing; write --set {shlex.quote(f'{section}.{path}=[{text}]')}"
             )
     if path in _searched(tree):
         raise UsageError(
