@@ -9,6 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+MOST_SHOWN = 10  # mistakes of a file, which fill a screen
+LONGEST_MESSAGE = 1500  # characters of one mistake
+
 
 class GaitlabError(Exception):
     """Root of all errors that gaitlab raises on purpose."""
@@ -34,7 +37,10 @@ class Problem:
 
     def __str__(self) -> str:
         place = "".join(f":{n}" for n in (self.line, self.column) if n is not None)
-        return f"{self.file}{place}: {self.message}"
+        message = self.message
+        if len(message) > LONGEST_MESSAGE:
+            message = f"{message[: LONGEST_MESSAGE // 2]} ... {message[-LONGEST_MESSAGE // 2 :]}"
+        return f"{self.file}{place}: {message}"
 
 
 class FileError(GaitlabError):
@@ -47,7 +53,9 @@ class FileError(GaitlabError):
     exit_code = 3
 
     def __init__(self, problems: list[Problem]) -> None:
-        super().__init__("\n".join(str(problem) for problem in problems))
+        more = len(problems) - MOST_SHOWN
+        rest = [f"and {more} more; mend these first"] if more > 0 else []
+        super().__init__("\n".join([*map(str, problems[:MOST_SHOWN]), *rest]))
         self.problems = problems
 
 

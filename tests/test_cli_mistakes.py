@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
+import shlex
+import signal
+import subprocess
 import sys
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -12,6 +17,7 @@ import pytest
 from gaitlab.cli import printing, run_command_line
 from gaitlab.cli.printing import number, other_output_on_stderr, plural, wrapped
 from gaitlab.plugins import locate
+from gaitlab.shell import store_option
 from tests.pretended import pretend, pretend_well
 from tests.test_cli import EXPERIMENT, Printed
 
@@ -29,6 +35,13 @@ def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captu
         return Printed((code, *capfd.readouterr()))
 
     return command
+
+
+@pytest.fixture
+def swept(gaitlab):
+    """The same, after an experiment was run."""
+    assert gaitlab("run", EXPERIMENT, "-j", "0").code == 0
+    return gaitlab
 
 
 def own_gait(head: str) -> str:
@@ -56,6 +69,12 @@ def own_gait(head: str) -> str:
         (("show", "ABCDEF"), 3, "no trial starts with abcdef"),
         (("run", "loop.yaml"), 3, "Symlink loop"),
         (("run", "none.yaml"), 3, "there is no file"),
+        (("run", f"{'n' * 300}.yaml"), 3, "File name too long"),
+        (("show", f"{'n' * 300}.py"), 3, "File name too long"),
+        (("run", "include.yaml"), 3, "include.yaml:1:10: include: "),
+        (("report", "eros_small", "--storage", "postgresql://u@h:abc/d"), 7, "1 to 65535"),
+        (("report", "eros_small", "--storage", "postgresql://h:99999/d"), 7, "1 to 65535"),
+        (("report", "eros_small", "--storage", "postgresql://[::1/d"), 7, "1 to 65535"),
         (("status", "none.yaml"), 3, "there is no file"),
         (("status", "--store", "file"), 7, "file"),
         (("query", "SELECT 1", "--store", "file"), 7, "file"),
@@ -65,11 +84,12 @@ def own_gait(head: str) -> str:
 def test_a_slip_is_named_with_the_way_out(gaitlab, arguments, code: int, message: str) -> None:
     Path("file").touch()
     Path("loop.yaml").symlink_to("loop.yaml")
+    Path("include.yaml").write_text(f"include: {'n' * 300}.yaml\n")
     done = gaitlab(*arguments)
     assert (done.code, done.out) == (code, "")
     assert message in done.err
     assert "Traceback" not in done.err
-    assert sorted(os.listdir()) == ["file", "loop.yaml"]
+    assert sorted(os.listdir()) == ["file", "include.yaml", "loop.yaml"]
 
 
 @pytest.mark.parametrize(
@@ -232,3 +252,241 @@ def test_texts_are_broken_to_the_terminal_and_none_is_lost(monkeypatch, width: i
     assert max(len(line) for line in table.splitlines()) <= width
     for word in {*meaning.split(), *source.split()}:
         assert table.count(word) >= 6
+
+
+def process(*arguments: str | bytes, **environment: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "gaitlab", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="surrogateescape",
+        env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "left"),
+    [(("report", "ours.yaml"), "`report` had not finished"), (("show", "./ours.py"), "changed")],
+)
+def test_ctrl_c_says_what_it_leaves(gaitlab, arguments, left: str) -> None:
+    own_gait("import sys, time; print('begun', file=sys.stderr, flush=True); time.sleep(60)")
+    running = process(*arguments)
+    assert running.stderr is not None
+    assert running.stderr.readline() == "begun\n"
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=30)
+    assert (running.returncode, out) == (130, "")
+    assert err.startswith("stopped; ")
+    assert left in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        (("status",), 0),
+        (("list",), 0),
+        (("--help",), 0),
+        (("run", "--help"), 0),
+        (("show", "nope"), 3),
+        (("query", "SELECT 1", "--fromat", "csv"), 2),
+    ],
+)
+def test_a_reader_that_has_gone_changes_no_exit_code(tmp_path: Path, command, code: int) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    words = [sys.executable, "-m", "gaitlab", *command]
+    done = subprocess.run(words, stdout=write, stderr=write, cwd=tmp_path)
+    os.close(write)
+    assert done.returncode == code
+
+
+@pytest.mark.parametrize(
+    ("typed", "known"),
+    [
+        ("gaitlab ru", "run"),
+        ("gaitlab run eros_q", "eros_quick"),
+        ("gaitlab optimize eros_sm", "eros_small"),
+        ("gaitlab optimize eros_q", ""),
+        ("gaitlab show grass_3", "grass_30mm"),
+        ("gaitlab list stu", "studies"),
+        ("gaitlab ik eros left_l", "left_leg"),
+        ("gaitlab audit nao", "nao"),
+    ],
+)
+def test_completion_completes_names_and_prints_nothing_else(
+    gaitlab, monkeypatch: pytest.MonkeyPatch, typed: str, known: str
+) -> None:
+    monkeypatch.setenv("_GAITLAB_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", typed)
+    monkeypatch.setenv("COMP_CWORD", str(typed.count(" ")))
+    done = gaitlab()
+    assert (done.code, done.out.strip(), done.err) == (0, known, "")
+
+
+def test_bytes_that_are_no_utf8_are_refused_before_anything_runs(gaitlab) -> None:
+    for arguments in ((b"status", b"--store", b"gr\xf6\xdfe"), (b"query", b"SELECT '\xff'")):
+        running = process(*arguments)
+        out, err = running.communicate(timeout=30)
+        assert (running.returncode, out) == (2, "")
+        assert "no UTF-8" in err
+        assert "\\x" in err
+        assert len(err.splitlines()) == 1
+    assert not os.listdir()
+
+
+def test_a_terminal_of_another_alphabet_gets_the_answer(gaitlab) -> None:
+    running = process("show", "grass_50mm", PYTHONUTF8="0", PYTHONIOENCODING="ascii")
+    out, err = running.communicate(timeout=30)
+    assert (running.returncode, err) == (0, "")
+    assert "grass_50mm" in out
+
+
+def test_the_environment_names_the_store_and_an_option_overrides_it(gaitlab, monkeypatch) -> None:
+    monkeypatch.setenv("GAITLAB_STORE", "of the lab")
+    done = gaitlab("run", EXPERIMENT, "-j", "0")
+    assert done.out.splitlines()[-1].endswith("--store 'of the lab'")
+    assert Path("of the lab", "trials").is_dir()
+    assert "24" in gaitlab("status").out
+    done = gaitlab("run", EXPERIMENT, "-j", "0", "--store", "data")
+    assert done.out.splitlines()[-1].endswith("--store data")
+    monkeypatch.setenv("GAITLAB_STORE", "")
+    assert "data: 24 trials" in gaitlab("status").err
+
+
+def test_metrics_are_listed_with_their_units_and_studies_alone(gaitlab) -> None:
+    rows = {
+        line.split()[0]: line.split()[1] for line in gaitlab("list", "metrics").out.splitlines()
+    }
+    assert (rows["metric"], rows["walking_speed"], rows["slip_ratio"]) == ("unit", "m/s", "-")
+    Path("experiments").mkdir()
+    Path("experiments/ours.yaml").write_text("include: ./base.yaml\n")
+    Path("experiments/base.yaml").write_text("# study: not yet\nstudy: {}\n")
+    names = [line.split()[0] for line in gaitlab("list", "studies").out.splitlines()]
+    assert {"eros_small", "ours", "base"} <= set(names)
+    assert "eros_quick" not in names
+
+
+def suggested(text: str) -> list[str]:
+    """Arguments of the command that a message holds."""
+    command = text.rpartition("`gaitlab ")[2].partition("`")[0]
+    command = command if "`" in text else text.rpartition(": gaitlab ")[2].splitlines()[0]
+    return shlex.split(command)
+
+
+def test_commands_that_messages_suggest_work_when_they_are_pasted(gaitlab, monkeypatch) -> None:
+    Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
+    Path("my test.yaml").write_text(
+        "name: walk\nrobot: eros\ngait: eros\nsurfaces: ['./my floor.yaml']\nseeds: 1\n"
+    )
+    shared = ("my test.yaml", "--set", "gait.step_height=0.02", "--store", "my store")
+    for command in (("report",), ("baseline", "--output", "b.json")):
+        refused = gaitlab(*command, *shared)
+        assert refused.code != 0
+        asked = suggested(refused.err)
+        assert asked[0] == "run"
+        assert {*shared} <= {*asked}
+        done = gaitlab(*asked, "-j", "0", "--json")
+        assert json.loads(done.out)["done"] == 1
+        Path("my floor.yaml").write_text("type: rigid\nfriction: 0.5\n")  # another ground
+    done = gaitlab(*asked, "-j", "0")
+    assert suggested(done.out)[:2] == ["report", "my test.yaml"]
+    Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
+    assert gaitlab("baseline", *suggested(done.out)[1:], "--output", "b.json").code == 0
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    done = gaitlab("run", EXPERIMENT, "--store", "my store")
+    look = done.err.partition("(gaitlab ")[2].partition(")")[0]
+    assert gaitlab(*shlex.split(look)).out.startswith("trial ")
+    refused = gaitlab("report", "eros_small", "--store", "my store")
+    assert suggested(refused.err) == ["optimize", "eros_small", "--store", "my store"]
+
+
+def test_an_option_that_is_left_out_for_the_usual_store_is_named_where_that_is_another(
+    gaitlab, monkeypatch
+) -> None:
+    assert store_option(Path("data")) == []
+    monkeypatch.setenv("GAITLAB_STORE", "of the lab")
+    assert store_option(Path("data")) == ["--store", "data"]
+    assert store_option(Path("of the lab")) == ["--store", "of the lab"]
+
+
+def test_two_surfaces_of_one_name_are_told_apart_from_one_listed_twice(gaitlab) -> None:
+    Path("hard_floor.yaml").write_text("type: rigid\nfriction: 0.4\n")
+    text = Path(EXPERIMENT).read_text()
+    listed = "surfaces: [hard_floor, ./hard_floor.yaml]"
+    Path("ours.yaml").write_text(text.replace("surfaces: [grass_50mm, carpet_4mm]", listed))
+    done = gaitlab("run", "ours.yaml", "-n")
+    assert done.code == 3
+    assert "ours.yaml:4:24: " in done.err
+    assert "'./hard_floor.yaml' beside 'hard_floor'" in done.err
+    assert "rename" in done.err
+
+
+@pytest.mark.parametrize("target", ["0,02 0,05 -0,25", "0.02 0.05 −0.25"])
+def test_a_number_from_another_keyboard_is_recognised_on_the_command_line(gaitlab, target) -> None:
+    done = gaitlab("ik", "eros", "left_leg", "--target", *target.split())
+    assert (done.code, done.out) == (3, "")
+    assert "write 0.02, with a point" in done.err or "write -0.25, with the minus" in done.err
+
+
+TYPES = {
+    "trial_id::UUID": None,
+    "(-170141183460469231731687303715884105727)::HUGEINT": -170141183460469231731687303715884105727,
+    "18446744073709551615::UBIGINT": 18446744073709551615,
+    "1.123456789012345678::DECIMAL(38,18)": Decimal("1.123456789012345678"),
+    "1.23456789e-9::DOUBLE": Decimal("1.23456789e-9"),
+    "0.1::FLOAT": None,
+    "'nan'::DOUBLE": None,
+    "['-inf'::DOUBLE, 1]": [None, 1],
+    "'NaN and \"Infinity\" '||chr(27)||'é'": 'NaN and "Infinity" \x1bé',
+    "'\\xFF'::BLOB": "\\xFF",
+    "'101'::BIT": "101",
+    "INTERVAL '1 month 2 days'": "1 month 2 days",
+    "'infinity'::DATE": "infinity",
+    "DATE '12020-01-01'": "12020-01-01",
+    "'2020-01-01 10:00:00.123456789'::TIMESTAMP_NS": "2020-01-01 10:00:00.123456789",
+    "TIMESTAMPTZ '2020-01-01 10:00+00'": None,
+    "TIME '10:00:00.5'": "10:00:00.5",
+    "'b'::ENUM('a', 'b')": "b",
+    "{'a': [1, NULL], 'b': MAP {'k': 2}}": {"a": [1, None], "b": {"k": 2}},
+    "union_value(n := 2)": {"n": 2},
+    "true": True,
+    "NULL": None,
+}
+
+
+def test_every_type_of_duckdb_has_all_its_digits_in_json_and_no_form_breaks(swept) -> None:
+    sql = f"SELECT {', '.join(TYPES)} FROM trials LIMIT 1"
+    done = swept("query", sql, "--format", "json")
+    assert done.out.isascii()
+    (row,) = json.loads(done.out, parse_float=Decimal, parse_constant=pytest.fail)
+    for value, (text, expected) in zip(row.values(), TYPES.items(), strict=True):
+        assert expected is None or (value, type(value)) == (expected, type(expected)), text
+    assert len(swept("query", sql).out.splitlines()) == 2
+    (head, cells) = csv.reader(swept("query", sql, "--format", "csv").out.splitlines())
+    assert len(head) == len(cells) == len(TYPES)
+    assert cells[1] == "-170141183460469231731687303715884105727"
+
+
+@pytest.mark.parametrize(
+    "sql", ["-- why\nSELECT 1 AS n, 2 AS n", "--\nSELECT 1 n, 2 n", "/**/SELECT 1 n, 2 n"]
+)
+def test_sql_may_begin_with_a_comment_and_name_a_column_twice(gaitlab, sql: str) -> None:
+    assert json.loads(gaitlab("query", "--format=json", sql).out) == [{"n": 1, "n_1": 2}]
+
+
+def test_what_a_store_holds_moves_no_cursor_and_computes_no_cell(gaitlab) -> None:
+    evil = "=1+\x1b[2J\u202e"
+    text = Path(EXPERIMENT).read_text()
+    assert "surfaces: [grass_50mm, carpet_4mm]" in text
+    Path("evil.yaml").write_text(f"title: {json.dumps(evil)}\n{text}")
+    assert gaitlab("run", "evil.yaml", "-j", "0").code == 0
+    sql = f"SELECT '{evil}' AS \"{evil}\" FROM trials LIMIT 1"
+    for form in ("table", "csv", "json"):
+        done = gaitlab("query", sql, "--format", form)
+        assert done.code == 0
+        assert done.out.replace("\n", "").isprintable()
+        assert "[2J" in done.out
+    assert gaitlab("query", sql, "--format", "csv").out.startswith("'=1+")
+    for arguments in (("show", "evil.yaml"), ("show", evil), ("status", evil), ("list", evil)):
+        done = gaitlab(*arguments)
+        assert f"{done.out}{done.err}".replace("\n", "").isprintable(), arguments
+        assert "[2J" in f"{done.out}{done.err}", arguments

@@ -10,8 +10,9 @@ from typing import Literal
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ruamel.yaml.composer import Composer
 
-from gaitlab.documents import Node, build, dump, load, merged, parse, plain
+from gaitlab.documents import Node, build, dump, instead, load, merged, parse, plain
 from gaitlab.errors import FileError, WrongValue
 from gaitlab.parameters import parameter
 
@@ -137,6 +138,13 @@ def test_scalars_are_those_of_yaml_1_2(text: str, value: object) -> None:
         ("a: " + "9" * 5000, "1:4", "digits"),
         ("a: &a [*a]", "1:4", "nested too deep"),
         ("a: " + "[" * 30 + "]" * 30, "1:24", "nested too deep"),
+        ("x: 1\na: !!int 'y'", "2:4", "'y' does not fit its tag !!int"),
+        ("a: !!float '0,5'", "1:4", "!!float"),
+        ("a: [!!bool 'maybe']", "1:5", "!!bool"),
+        ("a: !!null 'x'", "1:4", "!!null"),
+        ("a: !!timestamp 'x'", "1:4", "!!timestamp"),
+        ('a: "\\ud800"', "1:4", "half of a character"),
+        ('"\\udfff": 1', "1:1", "half of a character"),
     ],
 )
 def test_what_is_no_plain_yaml_is_refused_at_its_place(text: str, place: str, words: str) -> None:
@@ -157,6 +165,87 @@ def test_anchors_are_followed_but_may_not_multiply() -> None:
     lines = [f"{n}: &{n} [{','.join([f'*{m}'] * 9)}]" for m, n in pairwise(names)]
     with pytest.raises(FileError, match="anchors expand"):
         parse("\n".join(["a: &a [1]", *lines]), FILE)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\n".join(f"key{k}: {k}" for k in range(80_000)),
+        "gait:\n" + "\n".join(f"  key{k}: {k}" for k in range(15_000)),
+        "a: " + "[1, 2, " * 40_000,
+        "a:\n" + "\n".join(f"- &a{k} {k}" for k in range(50_000)),
+        "a: [" + "".join(f"&a{k} {k}, " for k in range(15_000)) + "]",
+        "a: " + "9" * 10**6,
+        "a: [" + "1," * 120_000 + "]",
+        "[" * 10**5,
+    ],
+)
+def test_what_no_experiment_has_so_many_of_is_refused_in_a_line_before_it_is_read(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values = 0
+
+    def counted(composer: Composer, *given: object) -> object:
+        nonlocal values
+        values += 1
+        return composed(composer, *given)
+
+    composed = Composer.compose_node
+    monkeypatch.setattr(Composer, "compose_node", counted)
+    with pytest.raises(FileError) as caught:
+        parse(text, FILE)
+    assert len(str(caught.value)) < 200
+    assert values <= 20_000
+
+
+def test_as_many_values_as_a_long_grid_has_are_read() -> None:
+    assert len(parse(f"a: [{', '.join(['0.25'] * 9000)}]", FILE).mapping["a"].items) == 9000
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("lean: 0,03", "0.03"),
+        ("lean: -,5", "-.5"),
+        ("lean: −0.02", "-0.02"),
+        ("lean: –0,02", "-0.02"),
+        ("lean: －０．０３", "-0.03"),
+        ("lean: ٠٫٢٥", "0.25"),
+        ("joints: １０", "10"),
+        ('lean: "0.03"', "0.03"),
+        ("foot: {length: 0,12}", "0.12"),
+        ("foot: {length: 0.1, kind: flat}\nlabel: {−0,5, 3}", "-0.5"),
+        ("label: [0,02, 0,04]", "0.02"),
+    ],
+)
+def test_a_number_from_another_keyboard_is_told_as_yaml_writes_it(text: str, meant: str) -> None:
+    found = complaints(f"height: 0.5\n{text}" if "height" not in text else text)
+    assert f"write {meant}" in found[0]
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize("text", ["1.000,5", "0,03 m", "a,b", "", "-", "²", "1,2,3", "½"])
+def test_what_is_no_number_alone_is_not_taken_for_one(text: str) -> None:
+    assert instead(text) == ""
+
+
+def test_lists_of_whole_numbers_stay_lists() -> None:
+    assert plain(parse("a: [1,2, 0,5, -1,10]\nb: {c: 0, d: 12}", FILE)) == {
+        "a": (1, 2, 0, 5, -1, 10),
+        "b": {"c": 0, "d": 12},
+    }
+
+
+def test_hundreds_of_mistakes_fill_one_screen() -> None:
+    text = "\n".join(f"key{k}: {k}" for k in range(400))
+    with pytest.raises(FileError) as caught:
+        made(text)
+    assert len(caught.value.problems) > 400
+    assert len(str(caught.value).splitlines()) < 15
+    assert "more" in str(caught.value).splitlines()[-1]
+    with pytest.raises(FileError) as caught:
+        made(f'"{"k" * 10_000}": 1')
+    assert len(str(caught.value)) < 2000
 
 
 def test_a_tag_never_runs_code(tmp_path: Path) -> None:
@@ -236,7 +325,7 @@ def test_a_number_may_carry_unit_and_source() -> None:
         ),
         ("lean: '0.1'", "2:7", "the text '0.1'"),
         ("lean: '1e-1'", "2:7", "write 1e-1 without quotes"),
-        ("lean: 0,1", "2:7", "write 0.1 without quotes and with a point"),
+        ("lean: 0,1", "2:7", "write 0.1, with a point"),
         ("lean: 20 deg", "2:7", "write the number alone, without 'deg', in the unit above"),
         ("label: {value: x}", "2:8", "found a mapping (key: value); allowed is text"),
         ("lean: true", "2:7", "found true; allowed is a number"),

@@ -10,12 +10,12 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
-    "errors outputs own_code plugins randomness parameters canonical documents kinematics provenance "
-    "statistics reference",
+    "errors outputs printable own_code plugins randomness parameters canonical documents "
+    "kinematics provenance statistics reference",
     "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
     "servos imu balancing",
     "gaits robots balance metrics",
-    "trial experiment objectives plan engine store picture",
+    "trial experiment objectives plan engine store picture shell",
     "simulate report audit replay export",
     "run study",
     "executors worker",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -40,6 +43,20 @@ def test_a_file_in_the_working_directory_wins_over_a_shipped_one(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     assert locate("surface", "grass_50mm") == tmp_path / "surfaces" / "grass_50mm.yaml" != shipped
     assert {"our_field", "carpet_4mm"} <= set(names("surface"))
+
+
+def test_a_wheel_holds_what_is_shipped_and_the_licence(tmp_path) -> None:
+    pytest.importorskip("hatchling", reason="hatchling builds the wheel")
+    root = plugins.PACKAGE.parent
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(build, cwd=root, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as content:
+        held = content.namelist()
+        (licence,) = (name for name in held if name.endswith("licenses/LICENSE"))
+        assert content.read(licence) == (root / "LICENSE").read_bytes()
+    assert "gaitlab/shipped/experiments/eros_quick.yaml" in held
+    assert "gaitlab/shipped/surfaces/grass_30mm.yaml" in held
 
 
 def test_shipped_folders_are_found_in_a_wheel(tmp_path, monkeypatch) -> None:

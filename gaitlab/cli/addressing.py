@@ -59,7 +59,7 @@ def trial_of(store: Store, record: TrialRecord, *, allow_code: bool) -> Trial:
     Raises:
         WrongValue: If it may not, or the trial cannot be made any more.
     """
-    from gaitlab.experiment.own_code import named_code, refusal, unnamed_code
+    from gaitlab.experiment.named_code import named_code, refusal, unnamed_code
     from gaitlab.trial import Trial, own_code
 
     if own_code(record.trial):

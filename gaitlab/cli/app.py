@@ -5,9 +5,10 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from gaitlab.cli.audit import audit
@@ -19,13 +20,53 @@ from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
 from gaitlab.cli.printing import say, tell
 from gaitlab.cli.replaying import replay
-from gaitlab.cli.results import query, report, status
+from gaitlab.cli.results import QueryCommand, query, report, status
 from gaitlab.cli.running import run
-from gaitlab.errors import FileError, GaitlabError, StoreError
+from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
+from gaitlab.printable import is_utf8
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
+READING = ("list", "show", "query", "ik", "fk")
+WRITING = ("report", "audit", "export", "replay", "baseline")  # files outside the store
+
+
+class _Stopped(Exception):
+    """Ctrl-C, past Typer, which would end the program without a word."""
+
+
+class _Commands(TyperGroup):
+    """The commands, and what ends one of them early."""
+
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        try:
+            return super().make_context(*arguments, **options)
+        except KeyboardInterrupt as error:
+            raise _Stopped("stopped; nothing was begun") from error
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            raise _Stopped(_left_by(ctx.invoked_subcommand or "")) from error
+        except SystemExit as error:
+            tell(f"a gait or robot file ended the program (SystemExit: {error.code}); mend it")
+            return FileError.exit_code
+
+
+def _left_by(command: str) -> str:
+    """What a command leaves that Ctrl-C has ended."""
+    if command in READING:
+        return "stopped; nothing was changed"
+    if command in WRITING:
+        return (
+            f"stopped; `{command}` had not finished: files that it had not written yet are missing "
+            "or those of before. The store is as it was, and the same command writes all of them"
+        )
+    return "stopped; what is committed is safe, and the same command goes on from there"
+
 
 app = typer.Typer(
+    cls=_Commands,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -65,7 +106,7 @@ app.command(short_help="Show the parameters behind a name, or a trial.")(show)
 app.command(short_help="Show a trial as a film.")(replay)
 app.command(short_help="Write a log or a robot for another tool.")(export)
 app.command(short_help="Count what is done, infeasible, failed and damaged.")(status)
-app.command()(query)
+app.command(cls=QueryCommand)(query)
 app.command(context_settings=NUMBERS)(ik)
 app.command(context_settings=NUMBERS)(fk)
 app.command(short_help="Set a paper's published tables beside our values.")(audit)
@@ -79,6 +120,7 @@ def run_command_line(arguments: Sequence[str]) -> int:
     """Carry out a command and give its exit code; nothing it raises gets past here."""
     words = list(arguments) or ["--help"]
     try:
+        _require_utf8(words)
         return int(app(words, prog_name="gaitlab", standalone_mode=False) or 0)
     except GaitlabError as error:
         tell(str(error))
@@ -86,19 +128,33 @@ def run_command_line(arguments: Sequence[str]) -> int:
     except TyperException as error:
         tell(_usage_text(error))
         return error.exit_code
-    except KeyboardInterrupt:
-        tell("stopped; what is committed is safe, and the same command goes on from there")
+    except (_Stopped, KeyboardInterrupt) as error:
+        tell(str(error) or "stopped; nothing was begun")
         return INTERRUPTED
     except OSError as error:
         tell(_system_text(error))
         return StoreError.exit_code
-    except SystemExit as error:
-        tell(f"a gait or robot file ended the program (SystemExit: {error.code}); mend it")
-        return FileError.exit_code
+    except SystemExit as error:  # of the shell's completion, or the reader of the help has gone
+        gone = isinstance(error.__context__, BrokenPipeError)
+        return 0 if gone else int(error.code or 0)
     except Exception:
         traceback.print_exc(file=sys.stderr)
         tell("This is a mistake in gaitlab. Please report it to its authors, with the lines above.")
         return 1
+
+
+def _require_utf8(words: Sequence[str]) -> None:
+    """Refuse names and texts that neither Parquet, SQL nor a page could hold.
+
+    Raises:
+        UsageError: If a word holds other bytes.
+    """
+    for word in words:
+        if not is_utf8(word):
+            raise UsageError(
+                f"the argument '{word}' holds bytes that are no UTF-8; rename the file or "
+                "folder, or set a locale of UTF-8 (LC_ALL=C.UTF-8) if it was typed so"
+            )
 
 
 def _usage_text(error: TyperException) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.options import DEFAULT_STORE, Force, StoreFolder, written_to
+from gaitlab.cli.options import DEFAULT_STORE, Force, StoreFolder, completed, written_to
 from gaitlab.cli.printing import say
 from gaitlab.errors import UnknownName
 from gaitlab.outputs import published, refuse_other
@@ -24,7 +24,12 @@ DEFAULT_FOLDER = Path("reports") / "papers"
 
 def audit(
     paper: Annotated[
-        str, typer.Argument(metavar="PAPER|all", help="eros, flow, biped, nao, bioloid or all.")
+        str,
+        typer.Argument(
+            metavar="PAPER|all",
+            help="eros, flow, biped, nao, bioloid or all.",
+            autocompletion=completed(lambda: [*papers(), ALL]),
+        ),
     ],
     output: Annotated[
         Path,

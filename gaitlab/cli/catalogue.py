@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from gaitlab.cli.catalogue_text import described, trial_text
-from gaitlab.cli.options import DEFAULT_STORE, StoreFolder
+from gaitlab.cli.options import DEFAULT_STORE, StoreFolder, completed, names_of
 from gaitlab.cli.printing import (
     other_output_on_stderr,
     say,
@@ -41,20 +42,33 @@ class Plural(str, Enum):
     metrics = "metrics"
     motions = "motions"
     experiments = "experiments"
+    studies = "studies"
+
+    @property
+    def singular(self) -> str:
+        """One of them, `study` for instance."""
+        if self is Plural.studies:
+            return "study"
+        return self.value.removesuffix("s")
 
 
 def _kind(text: str) -> Plural:
     """A kind in the plural or the singular."""
-    for name in (text, f"{text}s"):
-        if name in Plural.__members__:
-            return Plural(name)
+    for kind in Plural:
+        if text in (kind.value, kind.singular):
+            return kind
     raise typer.BadParameter(f"found {text!r}; allowed is one of {', '.join(Plural.__members__)}")
 
 
 def list_names(
     kind: Annotated[
         Plural | None,
-        typer.Argument(metavar="KIND", parser=_kind, help=f"{', '.join(Plural.__members__)}."),
+        typer.Argument(
+            metavar="KIND",
+            parser=_kind,
+            help=f"{', '.join(Plural.__members__)}.",
+            autocompletion=completed(lambda: Plural.__members__),
+        ),
     ] = None,
 ) -> int:
     """List the names that experiments can use, all kinds or one.
@@ -63,17 +77,30 @@ def list_names(
     Example:
       gaitlab list surfaces
     """
-    from gaitlab.plugins import names
+    if kind is Plural.metrics:
+        from gaitlab.metrics import unit_of
 
-    if kind is not None:
-        singular = cast("Kind", kind.value.removesuffix("s"))
-        rows = [[name, _summary(singular, name)] for name in names(singular)]
-        say(wrapped([singular, "what it is"], rows, texts=1))
-        return 0
-    for each in Plural:
-        found = ", ".join(names(cast("Kind", each.value.removesuffix("s"))))
-        say(f"{each.value}: {found}")
+        rows = [[name, unit_of(name), _summary("metric", name)] for name in _names(kind)]
+        say(wrapped(["metric", "unit", "what it is"], rows, texts=1))
+    elif kind is not None:
+        rows = [[name, _summary(_file_kind(kind), name)] for name in _names(kind)]
+        say(wrapped([kind.singular, "what it is"], rows, texts=1))
+    else:
+        for each in Plural:
+            say(f"{each.value}: {', '.join(_names(each))}")
     return 0
+
+
+def _file_kind(kind: Plural) -> Kind:
+    return cast("Kind", "experiment" if kind is Plural.studies else kind.singular)
+
+
+def _names(kind: Plural) -> list[str]:
+    if kind is Plural.studies:
+        from gaitlab.experiment import studies
+
+        return studies()
+    return names_of(_file_kind(kind))
 
 
 def _summary(kind: Kind, name: str) -> str:
@@ -94,11 +121,19 @@ def _summary(kind: Kind, name: str) -> str:
     return ": ".join([*kinds, text])
 
 
+def _all_names() -> list[str]:
+    from gaitlab.plugins import KINDS
+
+    return names_of(*KINDS)
+
+
 def show(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="NAME|TRIAL", help="A name from `gaitlab list`, or the first digits of a trial."
+            metavar="NAME|TRIAL",
+            help="A name from `gaitlab list`, or the first digits of a trial.",
+            autocompletion=completed(_all_names),
         ),
     ],
     store: StoreFolder = DEFAULT_STORE,
@@ -134,9 +169,10 @@ def _kind_of_file(name: str) -> Kind:
     from gaitlab.parameters import parameter_table
     from gaitlab.servos import Servo
 
-    path = Path(name)
+    path, text = Path(name), ""
     if path.suffix == ".py":
-        text = path.read_text(errors="replace") if path.is_file() else ""
+        with suppress(OSError):  # whoever loads it says what is wrong with it
+            text = path.read_text(encoding="utf-8", errors="replace")
         return next((kind for name, kind in CLASSES.items() if f"class {name}" in text), "gait")
     keys = set(load(path).mapping)
     if "type" in keys or "frames" in keys:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict
 from types import MappingProxyType
@@ -117,7 +118,7 @@ def _experiment_text(name: str) -> str:
             f"varied: {', '.join(experiment.varied) or 'nothing'}",
             f"{plural(planned.cell_count, 'cell')}, {plural(planned.size, 'trial')} of up to "
             f"{duration(planned.seconds)}",
-            f"`gaitlab run {name} --dry-run` says what would run",
+            f"`gaitlab run {shlex.quote(name)} --dry-run` says what would run",
         ]
     return "\n".join(line for line in lines if line)
 
@@ -136,8 +137,8 @@ def _reproduction_text(name: str) -> str:
         f"file: {whole.path}",
         columns(["experiment", "trials", "what it is"], members),
         columns(["section", "title", "made from"], sections),
-        f"`gaitlab run {name}` walks all of it, `gaitlab report {name}` writes its page; both take "
-        "--quick",
+        f"`gaitlab run {shlex.quote(name)}` walks all of it, `gaitlab report {shlex.quote(name)}` "
+        "writes its page; both take --quick",
     ]
     return "\n".join(line for line in lines if line)
 
@@ -152,7 +153,7 @@ def _study_lines(name: str, study: Study, trials: int, seconds: float) -> list[s
         *(f"objective: {objective.text}" for objective in study.objectives),
         *(f"constraint: {constraint.text}" for constraint in study.constraints),
         columns(["searched", "values", "only when"], space),
-        f"`gaitlab optimize {name} --dry-run` says what would run",
+        f"`gaitlab optimize {shlex.quote(name)} --dry-run` says what would run",
     ]
 
 

@@ -22,6 +22,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 from gaitlab.cli.printing import MINUTE
 from gaitlab.dispatch import Ended, Silent, Summary
@@ -82,7 +83,8 @@ class JsonLines(Silent):
         os.close(self._file)
 
     def _write(self, event: str, content: Mapping[str, object]) -> None:
-        os.write(self._file, f"{json.dumps({'event': event, **content})}\n".encode())
+        with suppress(BrokenPipeError):  # who read it has gone; the run goes on
+            os.write(self._file, f"{json.dumps({'event': event, **content})}\n".encode())
 
 
 def _counts(summary: Summary) -> dict[str, object]:

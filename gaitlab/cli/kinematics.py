@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from gaitlab.cli.options import Settings
+from gaitlab.cli.options import Settings, completed, names_of
 from gaitlab.cli.printing import columns, say
 from gaitlab.errors import UnknownName, UsageError, WrongValue
 
@@ -18,13 +19,24 @@ if TYPE_CHECKING:
 
     from gaitlab.limbs import Branch, Limb
 
+LIMBS = ("left_leg", "right_leg", "left_arm", "right_arm", "head")
 NUMBERS = {"ignore_unknown_options": True}  # else -0.2 would be an option
 
 RobotName: TypeAlias = Annotated[
-    str, typer.Argument(metavar="ROBOT", help="A name from `gaitlab list robots`, or a file.")
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A name from `gaitlab list robots`, or a file.",
+        autocompletion=completed(lambda: names_of("robot")),
+    ),
 ]
 LimbName: TypeAlias = Annotated[
-    str, typer.Argument(metavar="LIMB", help="left_leg, right_leg, left_arm, right_arm or head.")
+    str,
+    typer.Argument(
+        metavar="LIMB",
+        help=f"{', '.join(LIMBS[:-1])} or {LIMBS[-1]}.",
+        autocompletion=completed(lambda: LIMBS),
+    ),
 ]
 More: TypeAlias = Annotated[list[str] | None, typer.Argument(metavar="NUMBER", hidden=True)]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -135,15 +147,23 @@ def _numbers(option: str, first: str | None, rest: Sequence[str] | None) -> list
     """
     if first is None:
         raise UsageError(f"{option} is missing; see --help")
-    words = " ".join([first, *(rest or ())]).replace(",", " ").split()
+    typed = " ".join([first, *(rest or ())]).split()
+    commas = [word for word in typed if len(typed) > 1 and re.fullmatch(r"[-+]?\d*,\d+", word)]
+    words = " ".join(typed).replace(",", " ").split()
     unknown = [word for word in words if word.startswith("--")]
     if unknown:
         raise UsageError(f"there is no option {unknown[0]}; see --help")
     try:
+        if commas:
+            raise ValueError
         return [float(word) for word in words]
-    except ValueError as error:
-        found = " ".join(words)
-        raise WrongValue(f"{option}: found {found!r}; give numbers parted by spaces") from error
+    except ValueError:
+        from gaitlab.documents import instead
+
+        found, meant = " ".join(typed), next(filter(None, map(instead, typed)), "")
+        hint = f"; {meant}" if meant else ""
+        message = f"{option}: found {found!r}; give numbers parted by spaces{hint}"
+        raise WrongValue(message) from None
 
 
 def _named(limb: Limb, joints: np.ndarray) -> dict[str, float]:

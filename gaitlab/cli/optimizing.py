@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.checking import check_winner, hold_final
-from gaitlab.cli.options import DEFAULT_STORE, Jobs, Quiet, Settings, StoreFolder, written_to
+from gaitlab.cli.options import (
+    DEFAULT_STORE,
+    Jobs,
+    Quiet,
+    Settings,
+    StoreFolder,
+    completed,
+    written_to,
+)
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import UsageError
@@ -28,9 +36,20 @@ class Baseline(str, Enum):
     random = "random"
 
 
+def _studies() -> list[str]:
+    from gaitlab.experiment import studies
+
+    return studies()
+
+
 def optimize(
     study: Annotated[
-        str, typer.Argument(metavar="STUDY", help="A file, or the name of one in experiments/.")
+        str,
+        typer.Argument(
+            metavar="STUDY",
+            help="A file, or the name of one in experiments/.",
+            autocompletion=completed(_studies),
+        ),
     ],
     trials: Annotated[
         int | None,
@@ -119,8 +138,8 @@ def optimize(
         if going and validation:
             found, going = hold_final(found, results, workers, quiet=quiet)
         if not as_json:
-            say(result_text(found, again, _arguments(study, None, settings, None, store)))
-        _export(found.tally.history, export, given)
+            say(result_text(found, again, _arguments(study, None, settings, storage, store)))
+        _export(found.tally.history, export, given, store)
         if going and validation:
             going = check_winner(
                 found.tally.history,
@@ -159,18 +178,20 @@ def _arguments(
     """What makes the same command go on."""
     parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--trials", str(trials)] if trials is not None else []
+    from gaitlab.shell import store_option
+
     if storage is not None:
         from gaitlab.study.addresses import shown  # loads Optuna, which takes a second
 
         parts += ["--storage", shown(storage)]
-    parts += ["--store", str(store)] if store != DEFAULT_STORE else []
-    return shlex.join(parts)
+    return shlex.join([*parts, *store_option(store)])
 
 
-def _export(history: History, export: Path | None, settings: Sequence[str]) -> None:
+def _export(history: History, export: Path | None, settings: Sequence[str], store: Path) -> None:
     """Write the winner; of a front, the one in its middle."""
     from gaitlab.optimize.validation import chosen_of
     from gaitlab.optimize.winner import export_winner
+    from gaitlab.shell import store_option
 
     if export is None:
         return
@@ -180,4 +201,4 @@ def _export(history: History, export: Path | None, settings: Sequence[str]) -> N
         return
     written = export_winner(history, winner, export, settings)
     tell(f"{export}: candidate {winner.number} with {len(written.seeds)} fresh seeds")
-    tell(f"Walk it: gaitlab run {shlex.quote(str(export))}")
+    tell(f"Walk it: {shlex.join(['gaitlab', 'run', str(export), *store_option(store)])}")

@@ -2,18 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
 from gaitlab.outputs import file_to_write
+from gaitlab.printable import is_utf8
+
+if TYPE_CHECKING:
+    from gaitlab.plugins import Kind
+
+
+def completed(known: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """What completes a name; silent whatever is wrong, for someone is just typing."""
+
+    def complete(incomplete: str) -> list[str]:
+        with suppress(Exception):
+            return sorted({name for name in known() if name.startswith(incomplete)})
+        return []
+
+    return complete
+
+
+def names_of(*kinds: Kind) -> list[str]:
+    """Names of these kinds that can be asked for."""
+    from gaitlab.plugins import names
+
+    return [name for kind in kinds for name in names(kind)]
+
+
+def _experiments() -> list[str]:
+    return names_of("experiment")
+
+
+complete_experiments = completed(_experiments)
 
 
 def _folder(text: str) -> Path:
     # An unset variable of the shell gives an empty text, which a Path takes for this folder.
     if not str(text).strip():
         raise typer.BadParameter("found nothing; give a folder, or leave the option out")
+    if not is_utf8(str(text)):
+        raise typer.BadParameter(f"found '{text}', which holds bytes that are no UTF-8; rename it")
     return Path(text)
 
 
@@ -27,11 +60,21 @@ def written_to(text: str) -> Path:
 
 ExperimentName: TypeAlias = Annotated[
     str,
-    typer.Argument(metavar="EXPERIMENT", help="A file, or the name of one in experiments/."),
+    typer.Argument(
+        metavar="EXPERIMENT",
+        help="A file, or the name of one in experiments/.",
+        autocompletion=complete_experiments,
+    ),
 ]
 StoreFolder: TypeAlias = Annotated[
     Path,
-    typer.Option("--store", metavar="DIR", parser=_folder, help="Folder of the results."),
+    typer.Option(
+        "--store",
+        metavar="DIR",
+        parser=_folder,
+        envvar="GAITLAB_STORE",
+        help="Folder of the results.",
+    ),
 ]
 Settings: TypeAlias = Annotated[
     list[str] | None,

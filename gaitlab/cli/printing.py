@@ -9,6 +9,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
 from itertools import zip_longest
 from shutil import get_terminal_size
+from typing import TextIO
+
+from gaitlab.printable import visible
 
 NARROWEST = 22  # characters of a text in a column of its own
 SIX_DIGITS, LONGEST_WHOLE = 1e6, 1e15  # floats between are written out, not as powers of ten
@@ -17,10 +20,19 @@ MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0  # s
 
 def say(text: str) -> None:
     """Print data on stdout; silent once the reader has gone (`gaitlab query ... | head`)."""
+    _print(text, sys.stdout)
+
+
+def tell(text: str) -> None:
+    """Print a message on stderr; silent once the reader has gone."""
+    _print(text, sys.stderr)
+
+
+def _print(text: str, file: TextIO) -> None:
     try:
-        print(text, flush=True)
+        print(visible(text), file=file, flush=True)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
 @contextmanager
@@ -44,20 +56,16 @@ def other_output_on_stderr() -> Iterator[None]:
         os.close(kept)
 
 
-def tell(text: str) -> None:
-    """Print a message on stderr."""
-    print(text, file=sys.stderr, flush=True)
-
-
 def tell_at_once(text: str) -> None:
     """The same past Python's buffers, which may be in use when a signal comes."""
     with suppress(OSError):
-        os.write(2, f"{text}\n".encode())
+        os.write(2, f"{visible(text)}\n".encode())
 
 
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in aligned columns: numbers to the right, words to the left."""
-    cells = [list(head), *(list(row) for row in rows)]
+    cells = [[visible(text).replace("\n", "\\n") for text in row] for row in (head, *rows)]
+    rows = cells[1:]
     widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
     right = [bool(rows) and all(_is_number(row[i]) for row in rows) for i in range(len(head))]
     return "\n".join(

@@ -14,6 +14,7 @@ from rich.text import Text
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.cli.terminal import moving_terminal
 from gaitlab.dispatch import Ended, Progress, Silent, Started, Summary
+from gaitlab.printable import visible
 
 WIDEST = 100  # characters; a longer bar says nothing more
 FRAMES_A_SECOND = 4
@@ -102,7 +103,7 @@ class Bar(Silent):
 
     def message(self, text: str) -> None:
         """Keep it below the bar; a signal may come while the bar is being drawn."""
-        self._messages.append(text)
+        self._messages.append(visible(text))
 
     def finish(self, summary: Summary) -> None:
         """Leave the bar as it is."""
@@ -131,7 +132,7 @@ class Bar(Silent):
 def told(trial: Started) -> str:
     """A trial by the varied values of its cell, `carpet_4mm, step_length 0.04, seed 3`."""
     cell = _values(trial.cell)
-    return f"{cell}, seed {trial.seed}" if cell else f"seed {trial.seed}"
+    return visible(f"{cell}, seed {trial.seed}") if cell else f"seed {trial.seed}"
 
 
 def _values(cell: Mapping[str, object]) -> str:

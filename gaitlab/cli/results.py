@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import itertools
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer.core import TyperCommand
 
 from gaitlab.cli.options import (
     DEFAULT_STORE,
@@ -18,6 +23,7 @@ from gaitlab.cli.options import (
     Seeds,
     Settings,
     StoreFolder,
+    complete_experiments,
     written_to,
 )
 from gaitlab.cli.printing import (
@@ -30,15 +36,25 @@ from gaitlab.cli.printing import (
     tell,
 )
 from gaitlab.errors import UnknownName, UsageError
+from gaitlab.printable import csv_cell
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from gaitlab.store import Store, TrialList
     from gaitlab.store.index import Index
 
 
+COMMENT = re.compile(r"--(?![\w-]+(?:=|$))(?=.*\s)", re.DOTALL)  # begins SQL, no option
+JSON_WORD = re.compile(r'"(?:[^"\\]|\\.)*"|NaN|-?Infinity')  # of a text in JSON
 WIDEST_CELL = 80  # characters of a cell in a printed table; csv and json hold all of it
+
+
+class QueryCommand(TyperCommand):
+    """The command `query`, whose SQL may begin with a comment and is then no option."""
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
+        """Arguments, SQL that would pass for an option begun with a blank."""
+        sql = (f" {word}" if COMMENT.match(word) else word for word in args)
+        return super().parse_args(ctx, list(sql))
 
 
 class Format(str, Enum):
@@ -59,7 +75,11 @@ class Form(str, Enum):
 def report(
     experiments: Annotated[
         list[str],
-        typer.Argument(metavar="EXPERIMENT...", help="Files, or names of some in experiments/."),
+        typer.Argument(
+            metavar="EXPERIMENT...",
+            help="Files, or names of some in experiments/.",
+            autocompletion=complete_experiments,
+        ),
     ],
     output: Annotated[
         Path | None,
@@ -143,7 +163,9 @@ def status(
     experiment: Annotated[
         str | None,
         typer.Argument(
-            metavar="EXPERIMENT", help="Name or file of one that was run; all by default."
+            metavar="EXPERIMENT",
+            help="Name or file of one that was run; all by default.",
+            autocompletion=complete_experiments,
         ),
     ] = None,
     rebuild: Annotated[
@@ -202,7 +224,9 @@ def query(
     """
     from gaitlab.store import Store
 
-    say(_formatted(Store(store).query(sql, _tell_left_out), form))
+    answer = Store(store).query(sql, _tell_left_out, exact=True)
+    head, rows = unlike(answer.columns), list(answer.itertuples(index=False, name=None))
+    say(FORMATTED[form](head, rows))
     return 0
 
 
@@ -245,18 +269,55 @@ def _status_row(found: TrialList, index: Index) -> list[str]:
     return [found.experiment, *map(str, row)]
 
 
-def _formatted(table: pd.DataFrame, form: Format) -> str:
-    if form is Format.csv:
-        return str(table.to_csv(index=False)).rstrip("\n")
-    if form is Format.json:
-        rows = json.loads(table.to_json(orient="records", date_format="iso", double_precision=15))
-        return json.dumps(rows)
-    plain = table.astype(object).where(table.notna(), None)
-    rows = [[_cell(value) for value in row] for row in plain.itertuples(index=False)]
-    return columns([str(name) for name in table.columns], rows)
+def unlike(names: Iterable[str]) -> list[str]:
+    """Names of columns, a second `n` as `n_1`: an object of JSON holds a name once."""
+    unlike: list[str] = []
+    for name in names:
+        again = (f"{name}_{count}" for count in itertools.count(1))
+        unlike.append(name if name not in unlike else next(n for n in again if n not in unlike))
+    return unlike
 
 
-def _cell(value: object) -> str:
-    """A value on one line, cut if it is long."""
-    text = " ".join(number(value).split()) if isinstance(value, str) else number(value)
+def _json(head: Sequence[str], rows: Sequence[Sequence[str | None]]) -> str:
+    """An array with one object a row; every number as it is, what is none in JSON as null."""
+    names = [json.dumps(name) for name in head]
+    objects = (
+        ", ".join(f"{name}: {JSON_WORD.sub(_of_json, cell or 'null')}" for name, cell in pairs)
+        for pairs in (zip(names, row, strict=True) for row in rows)
+    )
+    return f"[{', '.join(f'{{{content}}}' for content in objects)}]"
+
+
+def _of_json(word: re.Match[str]) -> str:
+    """DuckDB writes NaN, which JSON lacks; texts in ASCII pass every pipe and terminal."""
+    return json.dumps(json.loads(word[0])) if word[0].startswith('"') else "null"
+
+
+def _csv(head: Sequence[str], rows: Sequence[Sequence[str | None]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([csv_cell(name) for name in head])
+    writer.writerows([_csv_cell(cell) for cell in row] for row in rows)
+    return text.getvalue().rstrip("\n")
+
+
+def _csv_cell(cell: str | None) -> str:
+    if cell is None or cell == "NaN":
+        return ""
+    return csv_cell(json.loads(cell)) if cell.startswith('"') else cell
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str | None]]) -> str:
+    return columns(head, [[_cell(cell) for cell in row] for row in rows])
+
+
+def _cell(cell: str | None) -> str:
+    """A value on one line, numbers to six digits, cut if it is long."""
+    if cell is None or cell == "NaN":
+        return ""
+    value = cell if cell.startswith(("[", "{")) else json.loads(cell)
+    text = " ".join(value.split()) if isinstance(value, str) else number(value)
     return text if len(text) <= WIDEST_CELL else f"{text[: WIDEST_CELL - 3]}..."
+
+
+FORMATTED = {Format.table: _table, Format.csv: _csv, Format.json: _json}

@@ -216,12 +216,15 @@ def arguments_of(
     parts = [experiment, *(["--quick"] if quick else [])]
     parts += [*(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--seeds", str(seeds)] if seeds is not None else []
-    parts += ["--store", str(store)] if store != DEFAULT_STORE else []
-    return shlex.join(parts)
+    from gaitlab.shell import store_option
+
+    return shlex.join([*parts, *store_option(store)])
 
 
 def tell_reasons(results: Store, name: str, summary: Summary) -> None:
     """Why trials have no result, each reason once, with a trial to look at."""
+    from gaitlab.shell import store_option
+
     if not summary.failed and not summary.infeasible:
         return
     entries = results.index().entries
@@ -236,7 +239,8 @@ def tell_reasons(results: Store, name: str, summary: Summary) -> None:
                 groups.setdefault(reason, []).append(entry.trial_id)
         for reason, ids in list(groups.items())[:SHOWN_REASONS]:
             found = f"{state.lower()}, {plural(len(ids), 'trial')}: {reason}"
-            tell(f"{found} (gaitlab show {ids[0][:8]})")
+            look = shlex.join(["gaitlab", "show", ids[0][:8], *store_option(results.path)])
+            tell(f"{found} ({look})")
         if len(groups) > SHOWN_REASONS:
             tell(f"{state.lower()}: {len(groups) - SHOWN_REASONS} more reasons")
     if summary.failed:

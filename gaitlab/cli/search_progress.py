@@ -15,6 +15,7 @@ from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at
 from gaitlab.cli.terminal import moving_terminal
 from gaitlab.metrics import unit_of
 from gaitlab.optimize.tally import Nobody, Tally, Told
+from gaitlab.printable import visible
 from gaitlab.study import Candidate, History
 
 WIDEST = 100  # characters
@@ -95,7 +96,7 @@ class SearchTable(SearchMessages):
 
     def message(self, text: str) -> None:
         """Keep it below the table; a signal may come while that is being drawn."""
-        self._messages.append(text)
+        self._messages.append(visible(text))
 
     def finish(self, tally: Tally) -> None:
         """Leave the table as it is."""
@@ -132,9 +133,11 @@ def _best(history: History) -> list[Table | Text]:
         table.add_column(f"candidate {candidate.number}", justify="right")
     for place, objective in enumerate(study.objectives):
         name = with_unit(objective.metric)
-        table.add_row(name, *(f"{c.objectives[place]:.4g}" for c in shown), style="bold")
+        texts = (f"{c.objectives[place]:.4g}" for c in shown)
+        table.add_row(Text(name), *texts, style="bold")
     for item in study.search:
-        table.add_row(item.path, *(_value(candidate, item.path) for candidate in shown))
+        values = (Text(visible(_value(candidate, item.path))) for candidate in shown)
+        table.add_row(item.path, *values)
     return [table]
 
 

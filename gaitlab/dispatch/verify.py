@@ -14,7 +14,7 @@ import gaitlab.trial
 from gaitlab.dispatch.sweep import TIMEOUT, TIMEOUT_RATIO
 from gaitlab.errors import StoreError
 from gaitlab.executors import Job, Outcome, Processes, Serial, simulated
-from gaitlab.experiment.own_code import named_code, refusal, unnamed_code
+from gaitlab.experiment.named_code import named_code, refusal, unnamed_code
 from gaitlab.store import Store, TrialRecord, Unreadable, fingerprint
 from gaitlab.trial import own_code
 

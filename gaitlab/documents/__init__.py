@@ -5,6 +5,7 @@ from gaitlab.documents.loading import dump, load, parse
 from gaitlab.documents.messages import allowed
 from gaitlab.documents.mistakes import collected, in_order
 from gaitlab.documents.nodes import Node, merged, plain
+from gaitlab.documents.typed import instead, typed_number
 
 __all__ = [
     "Node",
@@ -15,8 +16,10 @@ __all__ = [
     "collected",
     "dump",
     "in_order",
+    "instead",
     "load",
     "merged",
     "parse",
     "plain",
+    "typed_number",
 ]

@@ -13,22 +13,33 @@ import io
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, ScalarNode
 from ruamel.yaml.nodes import Node as YamlNode
 from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.representer import SafeRepresenter
 
-from gaitlab.documents.nodes import Node, Scalar
+from gaitlab.documents.nodes import LONGEST_NUMBER, Node, Scalar
+from gaitlab.documents.typed import MINUSES, instead
 from gaitlab.errors import FileError, Problem
+from gaitlab.printable import is_utf8
 
-LARGEST_FILE = 2**20  # bytes; a grid of 10^5 written values, far beyond any experiment
+# What is refused within a second, for ruamel.yaml reads some 10^4 values or 10^5 characters in one.
+LARGEST_FILE = 2**18  # bytes; twenty times the largest file that is shipped
+MOST_WRITTEN = 20_000  # values and keys as they stand in the file
+MOST_KEYS = 500  # of one mapping
+MOST_ANCHORS = 500  # of a file
 MOST_VALUES = 200_000  # nodes after anchors are followed, against files that multiply
 DEEPEST = 20  # levels; an experiment needs five
-LONGEST_NUMBER = 60  # characters of one number
+TOO_DEEP = f"nested too deep; at most {DEEPEST} levels are allowed"
+LEADING_ZERO = re.compile(r"0\d")
+BEFORE_COMMA = re.compile(rf"[{MINUSES}+]?[\d.]{{1,20}},$")
 TAG = "tag:yaml.org,2002:"
+DATE = re.compile(r"\d{4}-")  # begins what YAML takes for an instant; here it is text
 PLAIN = re.compile(r"[A-Za-z_./][\w./ -]*\w|[A-Za-z_]")  # ruamel still quotes `yes` and the like
 
 
@@ -45,6 +56,32 @@ def _text_node(representer: SafeRepresenter, text: str) -> ScalarNode:
 
 
 _Representer.add_representer(str, _text_node)
+
+
+class _TooMuch(MarkedYAMLError):
+    """More than any experiment has."""
+
+
+class _Composer(Composer):
+    """Gives up at once where a file has more of something than any experiment."""
+
+    def __init__(self, loader: Any = None) -> None:
+        super().__init__(loader)
+        self.warn_double_anchors, self.written = False, 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        self.written += 1
+        keys = len(parent.value) if isinstance(parent, MappingNode) else 0
+        for count, most, problem in (
+            (self.depth, DEEPEST, TOO_DEEP),
+            (keys, MOST_KEYS, f"more than {MOST_KEYS} keys in one mapping; write fewer"),
+            (len(self.anchors), MOST_ANCHORS, f"more than {MOST_ANCHORS} anchors; write fewer"),
+            (self.written, MOST_WRITTEN, f"more than {MOST_WRITTEN} values; write fewer"),
+        ):
+            if count > most:
+                mark = self.parser.peek_event().start_mark
+                raise _TooMuch(problem=problem, problem_mark=mark)
+        return super().compose_node(parent, index)
 
 
 def dump(data: object) -> str:
@@ -81,12 +118,13 @@ def _text(path: Path) -> str:
     try:
         if path.is_dir():
             raise _whole(path, "is a directory; give a .yaml file in it")
-        raw = path.read_bytes()
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _whole(path, f"cannot be read: {reason}; check the name and the folder") from error
     if len(raw) > LARGEST_FILE:
-        raise _whole(path, f"has {len(raw)} bytes; at most {LARGEST_FILE} are allowed")
+        raise _whole(path, f"has more than {LARGEST_FILE} bytes; no experiment needs so many")
     return _decoded(path, raw)
 
 
@@ -110,21 +148,23 @@ def parse(text: str, file: Path, *, placed: bool = True) -> Node:
     Raises:
         FileError: If the text is not the YAML that is allowed here.
     """
+    if len(text) > LARGEST_FILE:
+        raise _whole(file, f"is {len(text)} characters long; at most {LARGEST_FILE} are allowed")
     directive = re.match(r"(?:\s*#.*\n|\s*\n)*%", text)
     if directive:
         line = text[: directive.end()].count("\n") + 1
         message = "a %-directive; files are YAML 1.2 without directives, delete the line"
         raise FileError([Problem(file=file, line=line, column=1, message=message)])
     try:
-        root = YAML(typ="safe", pure=True).compose(text)
+        yaml = YAML(typ="safe", pure=True)
+        yaml.Composer = _Composer
+        root = yaml.compose(text)
     except YAMLError as error:
         problem = _syntax_problem(error, file, text)
         raise FileError([problem if placed else _unplaced(problem)]) from error
-    except RecursionError as error:
-        raise _whole(file, f"is nested too deep; at most {DEEPEST} levels are allowed") from error
     if root is None:
         return Node(file=file, line=1 if placed else None, column=1 if placed else None, value=None)
-    return _Reader(file, placed).node(root, 0)
+    return _Reader(file, text, placed).node(root, 0)
 
 
 def _control_character(error: ReaderError, file: Path, text: str) -> Problem:
@@ -141,6 +181,9 @@ def _syntax_problem(error: YAMLError, file: Path, text: str) -> Problem:
         message = f"not YAML: {str(error).splitlines()[0]}; check brackets, colons and indentation"
         return Problem(file=file, line=None, column=None, message=message)
     mark, start = error.problem_mark, error.context_mark
+    if isinstance(error, _TooMuch):
+        message = str(error.problem)
+        return Problem(file=file, line=mark.line + 1, column=mark.column + 1, message=message)
     begun = ""
     if start is not None and start.line < mark.line and "flow" in f"{error.context}":
         begun = f" (the bracket was opened in line {start.line + 1})"
@@ -168,13 +211,13 @@ def _unplaced(problem: Problem) -> Problem:
 class _Reader:
     """Turns the nodes of the YAML library into ours and refuses what is not wanted."""
 
-    def __init__(self, file: Path, placed: bool) -> None:
-        self.file, self.placed, self.count = file, placed, 0
+    def __init__(self, file: Path, text: str, placed: bool) -> None:
+        self.file, self.text, self.placed, self.count = file, text, placed, 0
 
     def node(self, source: YamlNode, depth: int) -> Node:
         self.count += 1
         if depth > DEEPEST:
-            raise self.wrong(source, f"nested too deep; at most {DEEPEST} levels are allowed")
+            raise self.wrong(source, TOO_DEEP)
         if self.count > MOST_VALUES:
             raise self.wrong(source, f"anchors expand to over {MOST_VALUES} values; write fewer")
         if isinstance(source, MappingNode):
@@ -182,6 +225,9 @@ class _Reader:
         if isinstance(source, ScalarNode):
             return self.placed_node(source, self.scalar(source))
         self.tag(source, "seq")
+        for item in source.value:
+            if isinstance(item, ScalarNode) and LEADING_ZERO.match(str(item.value)):
+                self.refuse_comma(item)
         return self.placed_node(source, tuple(self.node(n, depth + 1) for n in source.value))
 
     def mapping(self, source: MappingNode, depth: int) -> Node:
@@ -205,20 +251,46 @@ class _Reader:
         if source.tag == f"{TAG}merge":
             raise self.wrong(source, "merge keys (<<) are not read; use `include: file.yaml`")
         if not isinstance(source, ScalarNode) or source.tag != f"{TAG}str":
+            self.refuse_comma(source)
             raise self.wrong(source, "a key is a name, such as step_height; write it as text")
-        return self.placed_node(source, source.value)
+        return self.placed_node(source, self.words(source))
+
+    def refuse_comma(self, source: YamlNode) -> None:
+        """Refuse digits that stand right behind digits and a comma: what was meant is 0.03.
+
+        Raises:
+            FileError: If they do.
+        """
+        before = BEFORE_COMMA.search(self.text[: source.start_mark.index])
+        if isinstance(source, ScalarNode) and before and str(source.value).isdigit():
+            typed = f"{before[0]}{source.value}"
+            meant = instead(typed) or "write the number with a point"
+            raise self.wrong(source, f"found {typed}; a comma parts values, {meant}")
 
     def scalar(self, source: ScalarNode) -> Scalar:
-        short = str(source.tag).removeprefix(TAG)
-        if short in ("str", "timestamp"):
-            return str(source.value)
-        if short == "null":
+        short, text = str(source.tag).removeprefix(TAG), str(source.value)
+        if short == "str" or (short == "timestamp" and DATE.match(text)):
+            return self.words(source)
+        if short == "null" and text.lower() in ("", "~", "null"):
             return None
-        if short == "bool":
-            return str(source.value).lower() == "true"
+        if short == "bool" and text.lower() in ("true", "false"):
+            return text.lower() == "true"
         if short in ("int", "float"):
-            return self.number(source)
+            try:
+                return self.number(source)
+            except ValueError:
+                pass
+        if short in ("null", "bool", "int", "float", "timestamp"):
+            message = f"{text[:60]!r} does not fit its tag !!{short}; write the value without a tag"
+            raise self.wrong(source, message)
         raise self.wrong(source, f"the tag {source.tag} is not allowed; write the value alone")
+
+    def words(self, source: ScalarNode) -> str:
+        text = str(source.value)
+        if not is_utf8(text):
+            message = f"{text[:60]!r} holds half of a character; write the character itself"
+            raise self.wrong(source, message)
+        return text
 
     def number(self, source: ScalarNode) -> int | float:
         text = str(source.value).replace("_", "").lower()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from math import isfinite, pi
 from typing import Literal, cast, get_args, get_origin
 
 from gaitlab.documents.nodes import Node
+from gaitlab.documents.typed import instead, typed_number
 from gaitlab.errors import Problem
 from gaitlab.parameters import Parameter, parameter_table
 from gaitlab.plugins import nearest, suggestion
@@ -87,13 +87,10 @@ def _typing(item: Parameter, value: object) -> str:
     """What was probably meant when a text stands where a number should."""
     if item.type not in (int, float) or not isinstance(value, str):
         return ""
-    number = re.match(r"\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*(\S*)", value)
-    if number is None:
-        return ""
-    bare = number[1].replace(",", ".")
-    if number[2]:
-        return f"; write the number alone, without {number[2][:20]!r}, in the unit above"
-    return f"; write {bare} without quotes" + (" and with a point" if "," in number[1] else "")
+    number, rest = typed_number(value)
+    if number and rest:
+        return f"; write the number alone, without {rest[:20]!r}, in the unit above"
+    return f"; write {number} without quotes" if number and not instead(value) else ""
 
 
 def former_unit(item: Parameter, value: object) -> str:

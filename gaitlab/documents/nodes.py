@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from gaitlab.documents.typed import instead
 from gaitlab.errors import Problem
+
+LONGEST_NUMBER = 60  # characters of one number
 
 Scalar = str | int | float | bool | None
 
@@ -58,7 +61,10 @@ class Node:
             return "nothing"
         if isinstance(self.value, bool):
             return str(self.value).lower()
-        return f"the text {self.value[:60]!r}" if isinstance(self.value, str) else str(self.value)
+        if not isinstance(self.value, str):
+            return str(self.value)
+        meant = instead(self.value[:LONGEST_NUMBER])
+        return f"the text {self.value[:60]!r}{f' ({meant})' if meant else ''}"
 
     def holding(self, other: Node) -> Node:
         """The value of another node at this place."""

@@ -47,7 +47,7 @@ from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.design import Design, Follower, Quantity
 from gaitlab.experiment.experiment import Experiment, form_of, in_form, load_experiment
 from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, changes_of, owned, try_out
-from gaitlab.experiment.purposes import is_reproduction, refuse_study, study_of
+from gaitlab.experiment.purposes import is_reproduction, refuse_study, studies, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 
@@ -72,6 +72,7 @@ __all__ = [
     "load_experiment",
     "owned",
     "refuse_study",
+    "studies",
     "study_of",
     "try_out",
 ]

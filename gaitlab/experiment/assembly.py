@@ -193,13 +193,22 @@ def read_surfaces(sections: Sections) -> dict[str, Surface]:
     """
     problems: list[Problem] = []
     found: dict[str, Surface] = {}
+    first: dict[str, str] = {}  # how each label was written
     for node in _listed(sections.surfaces):
         surface = collected(problems, lambda node=node: _surface(node))  # type: ignore[misc]
-        if label(str(node.value)) in found:
-            message = f"surfaces: {label(str(node.value))!r} is listed twice; keep one of them"
+        written = str(node.value)
+        called = label(written)
+        before = first.setdefault(called, written)
+        if called in found and before == written:
+            problems.append(node.problem(f"surfaces: {called!r} is listed twice; keep one of them"))
+        elif called in found:
+            message = (
+                f"surfaces: found {written!r} beside {before!r}: results would call both {called}; "
+                "rename the file, as tables tell grounds apart by the names of their files"
+            )
             problems.append(node.problem(message))
         if surface is not None:
-            found[label(str(node.value))] = surface
+            found[called] = surface
     if problems:
         raise FileError(problems)
     return _with_settings(found, sections.surface)

@@ -9,7 +9,7 @@ from math import isclose
 from types import MappingProxyType
 
 from gaitlab.canonical import fragment
-from gaitlab.documents import Node, checked
+from gaitlab.documents import Node, checked, typed_number
 from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
 from gaitlab.experiment.parts import GROUPS, Parts, Value, changed, changes_of, owned
 from gaitlab.experiment.schema import Sections
@@ -102,7 +102,8 @@ def _list_problems(column: Column) -> Iterator[Problem]:
             f"`{inner}: [...]` for instance"
         )
     elif not isinstance(column.values.value, tuple):
-        shown = column.values.value if isinstance(column.values.value, str) else found
+        text = column.values.value if isinstance(column.values.value, str) else found
+        shown = typed_number(text)[0] or text
         yield column.values.problem(f"{where}: found {found}; expected a list, [{shown}]")
     elif not column.values.items:
         yield column.values.problem(f"{where}: an empty list; write at least one value")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -113,7 +114,7 @@ def load_experiment(
         raise UsageError(
             f"{path.stem} is a reproduction: several experiments on one page. `gaitlab run` and "
             "`gaitlab report` take it whole; give any other command one of its experiments, which "
-            f"`gaitlab show {name_or_path}` lists"
+            f"`gaitlab show {shlex.quote(str(name_or_path))}` lists"
         )
     if seeds is not None:
         settings = [*settings, f"seeds={_replicates(seeds)}"]

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from gaitlab.documents import load
 from gaitlab.errors import UsageError
 from gaitlab.experiment.experiment import REPRODUCTION, Experiment
+from gaitlab.experiment.reading import DEEPEST_INCLUDE
 from gaitlab.experiment.study import Study
-from gaitlab.plugins import locate
+from gaitlab.plugins import locate, names
+
+STUDY = re.compile(r"^study\s*:", re.MULTILINE)
+INCLUDE = re.compile(r"""^include\s*:\s*["']?([^\s"'#]+)""", re.MULTILINE)
 
 
 def is_reproduction(name_or_path: str | Path) -> bool:
@@ -21,6 +26,24 @@ def is_reproduction(name_or_path: str | Path) -> bool:
     return REPRODUCTION in load(locate("experiment", str(name_or_path))).mapping
 
 
+def studies() -> list[str]:
+    """Names of the experiments that are to be searched, sorted; told by the texts of the files."""
+    return [name for name in names("experiment") if _is_study(locate("experiment", name))]
+
+
+def _is_study(path: Path) -> bool:
+    """Whether a file has a section `study:`, itself or from the files that it includes."""
+    for _ in range(DEEPEST_INCLUDE):
+        if not path.is_file():
+            return False
+        text = path.read_text(encoding="utf-8", errors="replace")
+        include = INCLUDE.search(text)
+        if STUDY.search(text) or include is None:
+            return bool(STUDY.search(text))
+        path = path.parent / include[1]
+    return False
+
+
 def study_of(experiment: Experiment) -> Study:
     """What an experiment file asks to search.
 
@@ -31,7 +54,7 @@ def study_of(experiment: Experiment) -> Study:
         raise UsageError(
             f"{experiment.name} is an experiment and no study: it has nothing to search. Walk it "
             "with `gaitlab run` in place of `gaitlab optimize`, or write a section `study:` "
-            "instead of what it varies; `gaitlab list experiments` says which files are studies"
+            "instead of what it varies; `gaitlab list studies` names some"
         )
     return experiment.study
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -62,9 +63,12 @@ def _included(path: Path, include: Node, chain: tuple[Path, ...]) -> tuple[Path,
 
 def _resolved(file: Path, include: Node) -> Path:
     try:
-        return file.resolve()
+        base = file.resolve()
+        base.is_file()
+        return base
     except (OSError, RuntimeError, ValueError) as error:
-        message = f"include: {str(file)[:200]!r} leads nowhere: {error}; give a .yaml file"
+        reason = getattr(error, "strerror", None) or error
+        message = f"include: {str(file)[:200]!r} leads nowhere: {reason}; give a .yaml file"
         raise FileError([include.problem(message)]) from error
 
 
@@ -199,7 +203,7 @@ def apply_setting(tree: Node, setting: str) -> Node:
         if path in _varied(tree, section):
             raise UsageError(
                 f"--set {setting}: the file varies {path} under {section}, so the value would "
-                f"change nothing; write --set '{section}.{path}=[{text}]'"
+                f"change nothing; write --set {shlex.quote(f'{section}.{path}=[{text}]')}"
             )
     if path in _searched(tree):
         raise UsageError(

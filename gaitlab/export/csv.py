@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitlab.export.recorded import Recorded
 from gaitlab.log_columns import Column, columns
+from gaitlab.printable import csv_cell
 
 
 def write_csv(shown: Recorded, files: Sequence[Path]) -> None:
@@ -18,7 +19,7 @@ def write_csv(shown: Recorded, files: Sequence[Path]) -> None:
     texts = [_texts(shown.log.arrays[column.name]) for column in described]
     with files[0].open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([_title(column) for column in described])
+        writer.writerow([csv_cell(_title(column)) for column in described])
         writer.writerows(zip(*texts, strict=True))
 
 

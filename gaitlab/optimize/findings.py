@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -19,14 +18,14 @@ from gaitlab.optimize.validation import (
     winner_experiment,
 )
 from gaitlab.outputs import published
-from gaitlab.plugins import locate
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.provenance import common_values, seeds_text
-from gaitlab.report.sources import DEFAULT_STORE, PROVENANCE, SETTING
+from gaitlab.report.sources import PROVENANCE
 from gaitlab.report.study.findings import DEFAULT, RANDOM, Findings, Rerun
 from gaitlab.report.study.page import write_study_page
 from gaitlab.report.study.together import write_pages_together
+from gaitlab.shell import called, command
 from gaitlab.store import Index, Store
 from gaitlab.study import Candidate, History, history, importance
 from gaitlab.trial import PHYSICS_VERSION
@@ -107,7 +106,7 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         reruns=tuple(_reruns(checked, chance, store)),
         margins=checked.margins if checked else None,
         drawn=len(chance.candidates) if chance is not None else 0,
-        called=called(experiment),
+        called=called(experiment.path),
         facts=_facts(past, index),
         commands=commands(experiment, store, storage),
     )
@@ -187,23 +186,10 @@ def _records_of(candidate: Candidate, index: Index) -> Iterator[dict[str, object
             yield {name: known[name] for name in PROVENANCE if name in known}
 
 
-def called(experiment: Experiment) -> str:
-    """What the command line calls a study: its name if a file is found by it, else the file."""
-    with suppress(UnknownName):
-        if locate("experiment", experiment.path.stem).samefile(experiment.path):
-            return experiment.path.stem
-    return str(experiment.path)
-
-
 def commands(experiment: Experiment, store: Store, storage: str | None) -> list[str]:
     """The shell lines that walk what is missing and write the page."""
-    name = shlex.quote(called(experiment))
-    lines = experiment.text.splitlines()
-    settings = [line.removeprefix(SETTING) for line in lines if line.startswith(SETTING)]
-    more = "".join(f" --set {shlex.quote(setting)}" for setting in settings)
-    more += "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
-    more += f" --storage {shlex.quote(_without_password(storage))}" if storage else ""
-    return [f"gaitlab optimize {name}{more}", f"gaitlab report {name}{more}"]
+    more = ["--storage", _without_password(storage)] if storage else []
+    return [command(verb, [experiment], store.path, *more) for verb in ("optimize", "report")]
 
 
 def _without_password(storage: str) -> str:

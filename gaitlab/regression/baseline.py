@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -137,7 +138,7 @@ def _content(path: Path) -> object:
     except FileNotFoundError as error:
         raise Undecided(
             f"{path}: there is no baseline; make it of walks that you trust with "
-            f"`gaitlab baseline EXPERIMENT --output {path}`"
+            f"`gaitlab baseline EXPERIMENT --output {shlex.quote(str(path))}`"
         ) from error
     except OSError as error:
         what = "a directory" if path.is_dir() else f"not readable ({error.strerror})"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from gaitlab.dispatch.basis import basis
 from gaitlab.errors import Undecided
@@ -11,6 +12,7 @@ from gaitlab.metrics import metric
 from gaitlab.plan import plan
 from gaitlab.provenance import code_digest
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
+from gaitlab.shell import command
 from gaitlab.store import Index, Listed, Scalar, Store, listed
 from gaitlab.store.entry import Details
 from gaitlab.store.record import finite
@@ -56,7 +58,7 @@ def record(experiment: Experiment, store: Store) -> Baseline:
     """
     index = store.index()
     wanted = _wanted(experiment)
-    _require_whole(experiment, index, wanted)
+    _require_whole(experiment, index, wanted, store.path)
     return _baseline(experiment, store, index, wanted)
 
 
@@ -89,19 +91,21 @@ def _baseline(
     )
 
 
-def _require_whole(experiment: Experiment, index: Index, wanted: Mapping[str, Listed]) -> None:
+def _require_whole(
+    experiment: Experiment, index: Index, wanted: Mapping[str, Listed], store: Path
+) -> None:
     missing = [key for key in wanted if key not in index.entries]
     failed = [key for key in wanted if key not in missing and index.entries[key].state == "FAILED"]
     if missing:
         raise Undecided(
             f"{len(missing)} of {len(wanted)} trials of {experiment.name} are not in the store; "
-            f"`gaitlab run {experiment.name}` simulates them"
+            f"`{command('run', [experiment], store)}` simulates them"
         )
     if failed:
         reasons = "; ".join(f"{key[:8]}: {index.entries[key].reason}" for key in failed[:SHOWN])
         raise Undecided(
             f"{len(failed)} of {len(wanted)} trials of {experiment.name} failed ({reasons}); "
-            f"mend the cause, then `gaitlab run {experiment.name} --retry-failed`"
+            f"mend the cause, then `{command('run', [experiment], store, '--retry-failed')}`"
         )
 
 

@@ -6,6 +6,7 @@ import signal
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import get_context
 
@@ -44,18 +45,31 @@ def frames(
         jobs, mp_context=get_context("spawn"), initializer=_prepare, initargs=(takes, style)
     ) as workers:
         orders = ((index, float(now)) for index, now in enumerate(instants))
-        waiting: deque[Future[bytes]] = deque(
-            workers.submit(_paint, *order) for order in islice(orders, AHEAD * jobs)
-        )
-        while waiting:
-            painted = waiting.popleft().result()
-            waiting.extend(workers.submit(_paint, *order) for order in islice(orders, 1))
-            yield Image.frombytes("RGB", size, painted)
+        waiting: deque[Future[bytes]] = deque()
+        try:
+            with _deaf_children():
+                first = islice(orders, AHEAD * jobs)
+                waiting.extend(workers.submit(_paint, *order) for order in first)
+            while waiting:
+                painted = waiting.popleft().result()
+                waiting.extend(workers.submit(_paint, *order) for order in islice(orders, 1))
+                yield Image.frombytes("RGB", size, painted)
+        finally:
+            workers.shutdown(wait=False, cancel_futures=True)
+
+
+@contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes started herein leave Ctrl-C to this one, already while they are being started."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _prepare(takes: tuple[Take, ...], style: Style) -> None:
     global _painter
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is answered by the first process
     _painter = Painter(takes, style)
 
 

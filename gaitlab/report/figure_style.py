@@ -17,6 +17,9 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from gaitlab.printable import visible
 
 # [Okabe2008], ordered so that neighbours also differ in lightness when printed in grey.
 BLACK, BLUE, VERMILLION, SKY = "#000000", "#0072B2", "#D55E00", "#56B4E9"
@@ -45,6 +48,7 @@ _RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
     "axes.labelcolor": INK,
     "axes.axisbelow": True,
     "text.color": INK,
+    "text.parse_math": False,  # a name with two dollar signs is no formula
     "xtick.color": INK,
     "ytick.color": INK,
     "legend.frameon": False,
@@ -93,10 +97,23 @@ def _lay_out(figure: Figure) -> None:
         axes.set_position((x, y, width, height))
 
 
+def _show_whatever_is_written(figure: Figure) -> None:
+    """Write out control characters, of which no font has a picture and no SVG may hold one."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            texts = [label.get_text() for label in axis.get_ticklabels()]
+            if any(text != visible(text) for text in texts):
+                axis.set_ticks(axis.get_ticklocs(), list(map(visible, texts)))
+    for text in figure.findobj(Text):
+        if isinstance(text, Text):
+            text.set_text(visible(text.get_text()))
+
+
 def save(figure: Figure, folder: Path, name: str) -> FigureFiles:
     """Write `name`.png and `name`.svg; the same figure gives the same bytes."""
     files = FigureFiles(folder / f"{name}.png", folder / f"{name}.svg")
     with style():
+        _show_whatever_is_written(figure)
         _lay_out(figure)
         figure.savefig(files.png, dpi=SCREEN_DPI, metadata={"Software": None})
         figure.savefig(files.svg, metadata={"Date": None, "Creator": None})

@@ -11,13 +11,14 @@ import pandas as pd
 from gaitlab.canonical import values
 from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
-from gaitlab.experiment.own_code import unnamed_code
+from gaitlab.experiment.named_code import unnamed_code
 from gaitlab.plan import plan
 from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
 from gaitlab.report.walks import STEP, SWAY
 from gaitlab.report.words import plural
+from gaitlab.shell import command
 from gaitlab.store import Store
 from gaitlab.trial import Trial
 
@@ -44,7 +45,7 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     _require_one_layout(experiments)
     _require_own_names(experiments)
     planned = _planned(experiments, rows, columns)
-    trials = _with_outcomes(planned, store, [experiment.name for experiment in experiments])
+    trials = _with_outcomes(planned, store, experiments)
     if rows == columns:
         rows, trials[ONE_ROW] = ONE_ROW, "all"
     chosen = [path for e in experiments for path in e.report.variants]
@@ -212,15 +213,18 @@ def _candidates(planned: pd.DataFrame) -> Iterator[str]:
     return (str(name) for name in planned.columns if name not in fixed)
 
 
-def _with_outcomes(planned: pd.DataFrame, store: Store, names: Sequence[str]) -> pd.DataFrame:
+def _with_outcomes(
+    planned: pd.DataFrame, store: Store, experiments: Sequence[Experiment]
+) -> pd.DataFrame:
     """The plan with state and metrics of every trial in the store, whoever asked for it there."""
     stored = store.outcomes(planned["trial_id"])
     known = [name for name in stored.columns if name == "trial_id" or name not in planned.columns]
     trials = planned.merge(stored[known], on="trial_id", how="left", validate="many_to_one")
     if trials["state"].isna().all():
         raise NothingRun(
-            f"the store {store.path} holds no trial of {' and '.join(names)}; run "
-            f"`gaitlab run {names[0]}` first"
+            f"the store {store.path} holds no trial of {' and '.join(e.name for e in experiments)} "
+            "as it stands; run "
+            f"`{command('run', experiments[:1], store.path)}` first"
         )
     trials["state"] = trials["state"].fillna("MISSING")
     missing = [name for name in NEEDED if name not in trials.columns]

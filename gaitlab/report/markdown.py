@@ -5,19 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from gaitlab.printable import visible
+
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|~$!&])")
 
 
 def escape(text: str) -> str:
     """Text that stands as it is written: one line, no mark-up, no HTML, no cell borders."""
-    line = _SPECIAL.sub(r"\\\1", " ".join(str(text).split()))
+    line = _SPECIAL.sub(r"\\\1", visible(" ".join(str(text).split())))
     line = re.sub(r"^([-+=])(?!\d)", r"\\\1", line)  # a list or a rule, but not a number
     return re.sub(r"^(\d+)([.)])(?!\d)", r"\1\\\2", line)
 
 
 def code(text: str) -> str:
     """Text in a code span that no backtick in it can end; safe in a table cell."""
-    line = " ".join(str(text).split())
+    line = visible(" ".join(str(text).split()))
     if set(line) & set("|\\"):
         return escape(line)  # no code span in a table can hold every mix of these two
     fence = "`" * (1 + max((len(run) for run in re.findall("`+", line)), default=0))
@@ -27,6 +29,7 @@ def code(text: str) -> str:
 
 def fenced(text: str, language: str = "") -> str:
     """A block of code that no fence in it can end."""
+    text = visible(text)
     fence = "`" * max(3, 1 + max((len(run) for run in re.findall("`+", text)), default=0))
     return f"{fence}{language}\n{text.rstrip()}\n{fence}"
 

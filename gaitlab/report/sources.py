@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import pandas as pd
 
@@ -17,6 +16,7 @@ from gaitlab.report.page import Sources
 from gaitlab.report.provenance import Part, common_values, ground_table, seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
+from gaitlab.shell import command, store_option
 from gaitlab.store import Store
 from gaitlab.surfaces import Surface
 from gaitlab.trial import PHYSICS_VERSION, Trial
@@ -25,53 +25,20 @@ PROVENANCE = (
     *("gaitlab_version", "pybullet_version", "numpy_version", "numba_version", "python_version"),
     *("platform", "processor"),
 )
-DEFAULT_STORE = "data"  # of the command line
-SETTING = "# --set "  # begins a line of an experiment's text that notes an option
 MACHINE = ("git_commit", "host")
 
 
 def sources(experiments: Sequence[Experiment], store: Store, results: Results) -> Sources:
     """Digests, versions, seeds and parameters of everything that took part."""
-    runs = [_run_command(experiment, store) for experiment in experiments]
+    runs = [command("run", [experiment], store.path) for experiment in experiments]
     return Sources(
         facts=_facts(experiments, results),
         parts=list(_parts(experiments, results)),
         grounds=ground_table(_grounds(experiments)),
-        command="\n".join([*runs, _report_command(experiments, store)]),
+        command="\n".join([*runs, command("report", experiments, store.path)]),
         runs="\n".join(runs),
-        options=store_option(store),
+        options="".join(f" {shlex.quote(word)}" for word in store_option(store.path)),
     )
-
-
-def store_option(store: Store) -> str:
-    """What a command needs to find the store; empty for the usual one."""
-    return "" if store.path == Path(DEFAULT_STORE) else f" --store {shlex.quote(str(store.path))}"
-
-
-def _run_command(experiment: Experiment, store: Store) -> str:
-    """The shell line that runs what is missing of an experiment."""
-    name = shlex.quote(_called(experiment))
-    return f"gaitlab run {name}{_settings(experiment)}{store_option(store)}"
-
-
-def _report_command(experiments: Sequence[Experiment], store: Store) -> str:
-    """The shell line that writes the page."""
-    names = " ".join(shlex.quote(_called(experiment)) for experiment in experiments)
-    shared = "".join(dict.fromkeys(_settings(experiment) for experiment in experiments))
-    return f"gaitlab report {names}{shared}{store_option(store)}"
-
-
-def _settings(experiment: Experiment) -> str:
-    """Options with which the file was read, as its text notes them at its head."""
-    lines = experiment.text.splitlines()
-    applied = (line.removeprefix(SETTING) for line in lines if line.startswith(SETTING))
-    return "".join(f" --set {shlex.quote(setting)}" for setting in applied)
-
-
-def _called(experiment: Experiment) -> str:
-    """Its name if a file of that name is found by it, else the file."""
-    shipped = experiment.path.parent.name == "experiments"
-    return experiment.path.stem if shipped else str(experiment.path)
 
 
 def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str]:

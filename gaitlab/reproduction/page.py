@@ -20,13 +20,14 @@ from gaitlab.report.markdown import code, escape, fenced, section, table
 from gaitlab.report.provenance import common_values, facts_table, part_tables, seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
-from gaitlab.report.sources import records, sources, store_option
+from gaitlab.report.sources import records, sources
 from gaitlab.report.words import plural
 from gaitlab.reproduction.answers import Calibrated, answers
 from gaitlab.reproduction.document import Reproduction
 from gaitlab.reproduction.headline import headline
 from gaitlab.reproduction.section import Context, Section
 from gaitlab.reproduction.sections import section_text
+from gaitlab.shell import called, store_option
 from gaitlab.store import Store
 from gaitlab.trial import PHYSICS_VERSION
 
@@ -107,10 +108,8 @@ def report_command(reproduction: Reproduction, store: Store) -> str:
 
 
 def _arguments(reproduction: Reproduction, store: Store) -> str:
-    path = reproduction.path
-    shipped = path.parent.name == "experiments"
-    words = [path.stem if shipped else str(path), *reproduction.options]
-    return shlex.join(words) + store_option(store)
+    words = [called(reproduction.path), *reproduction.options, *store_option(store.path)]
+    return shlex.join(words)
 
 
 def _page(reproduction: Reproduction, context: Context) -> str:

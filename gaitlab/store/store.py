@@ -197,7 +197,11 @@ class Store(TrialFiles):
         return outcomes_table(self.index().entries, trial_ids)
 
     def query(
-        self, sql: str, left_out: Callable[[Exception], None] = lambda error: None
+        self,
+        sql: str,
+        left_out: Callable[[Exception], None] = lambda error: None,
+        *,
+        exact: bool = False,
     ) -> pd.DataFrame:
         """Answer of DuckDB over the views `trials` (see `table`) and `ticks` (trial_id and log).
 
@@ -205,6 +209,7 @@ class Store(TrialFiles):
             sql: One SELECT.
             left_out: Is told of every file that does not count, unless the store is large and has
                 its table beside it.
+            exact: Give every value as JSON text with all its digits; None for NULL.
 
         Raises:
             UsageError: If the query is wrong; quotes DuckDB and lists the columns.
@@ -213,12 +218,12 @@ class Store(TrialFiles):
         from gaitlab.store.tables import select, trials_table  # slow to load
 
         if self._table_file.fresh:
-            return select(sql, self._table_file.path, self._logs(None))
+            return select(sql, self._table_file.path, self._logs(None), exact=exact)
         index, lists = self.index(), self.lists()
         for error in (*index.unreadable, *lists.damaged.values()):
             left_out(error)
         table = trials_table(index.entries, list(lists.sound.values()), unlisted=True)
-        return select(sql, table, self._logs(index))
+        return select(sql, table, self._logs(index), exact=exact)
 
     def _logs(self, index: Index | None) -> Iterator[Path]:
         for key, item in (index or self.index()).entries.items():

@@ -56,13 +56,16 @@ def outcomes_table(entries: Mapping[str, Entry], trial_ids: Iterable[str]) -> pd
     return _frame(_row(item, None, {}) for item in wanted).drop(columns="experiment")
 
 
-def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.DataFrame:
+def select(
+    sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path], *, exact: bool = False
+) -> pd.DataFrame:
     """Answer of DuckDB to one query over the views `trials` and `ticks`.
 
     Args:
         sql: The query.
         trials: The table, or the file that `write_table` made of it.
         logs: Files with a log; only a query of `ticks` asks for them.
+        exact: Give every value as JSON text with all its digits, whatever its type; None for NULL.
 
     Raises:
         UsageError: If DuckDB does not understand the query, or it is not one SELECT.
@@ -77,7 +80,8 @@ def select(sql: str, trials: pd.DataFrame | Path, logs: Iterable[Path]) -> pd.Da
             if _TICKS.search(sql):
                 connection.register("ticks", _ticks([_sound(path) for path in logs]))
             connection.execute("BEGIN TRANSACTION READ ONLY")
-            return connection.sql(sql).df()
+            answer = connection.sql(sql)
+            return _exact(answer) if exact else answer.df()
         except duckdb.Error as error:
             known = table.columns if isinstance(table, pd.DataFrame) else table.schema.names
             raise UsageError(_advice(error, known)) from error
@@ -122,6 +126,12 @@ def _is_table(sql: str) -> bool:
     with suppress(duckdb.ParserException):
         return len(_kinds(f"SELECT * FROM ({sql.rstrip().rstrip(';')}\n)")) == 1
     return False
+
+
+def _exact(answer: duckdb.DuckDBPyRelation) -> pd.DataFrame:
+    """Values as DuckDB writes them in JSON: pandas has no type for half of its types."""
+    texts = ", ".join(f"to_json(#{place})" for place in range(1, len(answer.columns) + 1))
+    return pd.DataFrame(answer.project(texts).fetchall(), columns=answer.columns, dtype=object)
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:

@@ -14,7 +14,7 @@ from urllib.parse import quote, quote_plus
 from optuna.exceptions import StorageInternalError
 from optuna.storages import RDBStorage
 from sqlalchemy import URL, make_url
-from sqlalchemy.exc import IntegrityError, ProgrammingError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
 from gaitlab.errors import StoreError
@@ -22,6 +22,7 @@ from gaitlab.store import Store
 from gaitlab.store.durable import NotAFile, open_to_read, refuse_links
 
 PATIENCE = 60.0  # s to wait while another program, a dashboard for instance, reads the file
+HIGHEST_PORT = 65535
 CONNECT_TIME = 10  # s to wait for a server
 MAKERS, PAUSE = 4, 1.0  # attempts to make the tables of a new database, s between two
 FOLDER, FILE = "studies", "study.db"  # of a store
@@ -84,7 +85,7 @@ def server_storage(address: str) -> RDBStorage:
         StoreError: If it cannot be reached.
     """
     with understood(shown(address), address=address):
-        url = _with_driver(make_url(address))
+        url = _with_driver(_parsed(address))
         for _ in range(MAKERS - 1):
             with suppress(IntegrityError, ProgrammingError):
                 return _connected(url)
@@ -98,6 +99,21 @@ def _connected(url: URL) -> RDBStorage:
         url.render_as_string(hide_password=False),
         engine_kwargs={"connect_args": waiting, "pool_pre_ping": True},
     )
+
+
+def _parsed(address: str) -> URL:
+    """The address in its parts.
+
+    Raises:
+        ArgumentError: If it is none, also where SQLAlchemy trips over its host or port.
+    """
+    try:
+        url = make_url(address)
+    except ValueError:
+        url = None
+    if url is None or not (url.port is None or 0 < url.port <= HIGHEST_PORT):
+        raise ArgumentError(f"a port is a number from 1 to {HIGHEST_PORT}, an IPv6 host in [...]")
+    return url
 
 
 def _with_driver(url: URL) -> URL:

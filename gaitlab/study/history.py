@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gaitlab.errors import UnknownName
 from gaitlab.experiment import Experiment
+from gaitlab.shell import command
 from gaitlab.store import Store
 from gaitlab.study.candidates import Candidate, History, State
 from gaitlab.study.finals import with_final
@@ -23,12 +24,14 @@ def history(experiment: Experiment, store: Store, storage: str | None = None) ->
         UnknownName: If the search was never begun.
         StoreError: If the database cannot be read, or belongs to another study.
     """
+    from gaitlab.study.addresses import shown
     from gaitlab.study.database import Database  # loads Optuna, which takes a second
 
+    more = ["--storage", shown(storage)] if storage else []
     with Database.existing(experiment, store, storage) as database:
         if database is None:
             raise UnknownName(
                 f"{experiment.name}: nothing was searched yet on {store.path}; "
-                f"`gaitlab optimize {experiment.name}` does"
+                f"`{command('optimize', [experiment], store.path, *more)}` does"
             )
         return with_final(History(experiment=experiment, candidates=database.told()), store)

@@ -23,7 +23,7 @@ import pytest
 
 from gaitlab.cli import run_command_line
 from gaitlab.errors import StoreError, UnknownName, WrongValue
-from gaitlab.experiment.own_code import named_code, unnamed_code
+from gaitlab.experiment.named_code import named_code, unnamed_code
 from gaitlab.report.gather import gather
 from gaitlab.store import Store, TrialRecord, parquet
 from gaitlab.store.record import canonical

@@ -20,7 +20,7 @@ from tests.report.builder import results_of, toy_trials, trial
 
 NASTY = r"a_b & 50% of #1 {x} $y$ ~^ \n <b> | * [z] `q` 'r' \"s\" é"
 ROWS = [
-    ["plain", "**U 2/10 [6–51] (S)**", "-0.0635 [-0.2, 0.4], n = 9"],
+    ["plain", "**U 2/10 [6–51] (S)**", "'-0.0635 [-0.2, 0.4], n = 9"],
     ["[first] bracket", "S 10/10 [72–100]", "-4.7e-05 ± 3°"],
     [escape(NASTY), code("a_b"), "10 → 70 %"],
 ]
@@ -67,7 +67,7 @@ def test_a_csv_has_the_cells_as_one_reads_them(page: Path) -> None:
     found = contents(write_tables(page))
     rows = list(csv.reader(found["headline.csv"].splitlines()))
     assert rows[0] == ["", "grass 50 mm", "x [m]"]
-    assert rows[1] == ["plain", "U 2/10 [6–51] (S)", "-0.0635 [-0.2, 0.4], n = 9"]
+    assert rows[1] == ["plain", "U 2/10 [6–51] (S)", "'-0.0635 [-0.2, 0.4], n = 9"]
     assert rows[3] == [" ".join(NASTY.split()), "a_b", "10 → 70 %"]
 
 

@@ -75,7 +75,7 @@ def run(
 
 
 def test_without_a_trial_the_message_says_to_run_it(store: Store, both: list[Experiment]) -> None:
-    with pytest.raises(UsageError, match="gaitlab run plainly"):
+    with pytest.raises(UsageError, match=r"gaitlab run \S+plainly\.yaml --store"):
         write_report(both[:1], store, Path("nowhere"))
 
 

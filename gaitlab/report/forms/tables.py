@@ -10,6 +10,7 @@ from pathlib import Path
 
 from markdown_it.token import Token
 
+from gaitlab.printable import csv_cell
 from gaitlab.report.forms.latex import PACKAGES, latex_table
 from gaitlab.report.forms.tidy import TIDY, write_tidy
 from gaitlab.report.forms.tokens import (
@@ -127,7 +128,9 @@ def _what(found: PageTable) -> str:
 
 def _csv(rows: Sequence[Sequence[Token]]) -> str:
     lines = io.StringIO()
-    csv.writer(lines, lineterminator="\n").writerows([plain(c) for c in row] for row in rows)
+    csv.writer(lines, lineterminator="\n").writerows(
+        [csv_cell(plain(item)) for item in row] for row in rows
+    )
     return lines.getvalue()
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from gaitlab.printable import csv_cell
 from gaitlab.report.cells import paper_verdicts
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score
@@ -25,7 +26,18 @@ def write_tidy(results: Results, folder: Path) -> None:
     """Write cells.csv and trials.csv; the same results give the same bytes."""
     frames = {"cells.csv": cells_frame(results), "trials.csv": trials_frame(results)}
     for name, frame in frames.items():
-        frame.to_csv(folder / name, index=False, lineterminator="\n", encoding="utf-8")
+        _shown(frame).to_csv(folder / name, index=False, lineterminator="\n", encoding="utf-8")
+
+
+def _shown(frame: pd.DataFrame) -> pd.DataFrame:
+    """The frame with its texts as a spreadsheet shows them."""
+    texts = frame.select_dtypes(["str", "object"])
+    cells = {name: [_cell(value) for value in texts[name]] for name in texts}
+    return frame.assign(**cells).rename(columns=_cell)
+
+
+def _cell(value: object) -> object:
+    return csv_cell(value) if isinstance(value, str) else value
 
 
 def trials_frame(results: Results) -> pd.DataFrame:
