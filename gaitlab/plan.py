@@ -170,6 +170,7 @@ class _Maker:
             "gait_code": parts.gait_code,
             "balance": balance,
             "balance_code": None if balance is None else parts.balance_code,
+            "metric_codes": parts.metric_codes,
         }
 
     def _part(self, group: str, owner: Any, values: Mapping[str, Value], name: str = "") -> Any:

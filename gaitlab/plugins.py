@@ -207,7 +207,7 @@ def load_class(
         module = user_code(path, files).module
     found = getattr(module, kind.capitalize(), None)
     if not (isinstance(found, type) and dataclasses.is_dataclass(found)):
-        raise _wrong_file(
+        raise wrong_file(
             path,
             None,
             f"holds no dataclass called {kind.capitalize()}; a {kind} file defines "
@@ -223,12 +223,12 @@ def _require_members(kind: CodeKind, path: Path, cls: type) -> None:
         fields = {name.partition(".")[0] for name in parameter_table(cls)}
     except (NameError, TypeError) as error:
         message = f"has a field whose type cannot be read: {error}; mend its annotation"
-        raise _wrong_file(path, None, message) from error
+        raise wrong_file(path, None, message) from error
     fields |= {item.name for item in dataclasses.fields(cls)}
     lacking = [name for name in MEMBERS[kind] if name not in fields and not hasattr(cls, name)]
     if lacking:
         needs = f"a {kind} has {', '.join(MEMBERS[kind])}"
-        raise _wrong_file(path, None, f"the class lacks {', '.join(lacking)}; {needs}")
+        raise wrong_file(path, None, f"the class lacks {', '.join(lacking)}; {needs}")
 
 
 def user_code(path: Path, files: Files = ()) -> OwnCode:
@@ -257,7 +257,7 @@ def forget_user_code() -> None:
 def blamed(path: Path, what: str, error: BaseException) -> FileError:
     """A mistake in a user's own Python file, at the innermost line of it that was running."""
     message = f"{what}: {type(error).__name__}: {error}; mend the file and run again"
-    return _wrong_file(path, _line_of(path, error), message)
+    return wrong_file(path, _line_of(path, error), message)
 
 
 def _line_of(path: Path, error: BaseException) -> int | None:
@@ -267,5 +267,6 @@ def _line_of(path: Path, error: BaseException) -> int | None:
     return next((f.lineno for f in reversed(frames) if f.filename == str(path)), None)
 
 
-def _wrong_file(path: Path, line: int | None, message: str) -> FileError:
+def wrong_file(path: Path, line: int | None, message: str) -> FileError:
+    """A mistake in a user's own Python file."""
     return FileError([Problem(file=path, line=line, column=None, message=message)])

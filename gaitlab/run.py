@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from gaitlab.errors import Infeasible, StoreError, UnknownName
 from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
+from gaitlab.plugins import label
 from gaitlab.provenance import provenance
 from gaitlab.simulate import simulate
 from gaitlab.store import Scalar, State, Store, TrialRecord
@@ -90,7 +91,8 @@ def _outcome(trial: Mapping[str, Any]) -> _Outcome:
 def _walked(trial: Trial) -> _Outcome:
     try:
         log = simulate(trial)
-        return _Outcome("DONE", metrics=measure(log), log=log)
+        own = [label(code.name) for code in trial.metric_codes]
+        return _Outcome("DONE", metrics=measure(log, own), log=log)
     except Infeasible as error:
         return _Outcome("INFEASIBLE", str(error))
 

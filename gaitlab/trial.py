@@ -20,13 +20,16 @@ from gaitlab.balancing import Balance
 from gaitlab.body import Robot
 from gaitlab.canonical import Value, canonical_json, fragment, instance, values
 from gaitlab.errors import WrongValue
+from gaitlab.metrics import take_in
 from gaitlab.motion import Gait
 from gaitlab.own_code import digest_of
 from gaitlab.plugins import (
     CodeKind,
     Files,
+    Kind,
     code_digest,
     is_shipped,
+    label,
     load_class,
     locate,
     user_code,
@@ -59,7 +62,7 @@ class Names:
 
 @dataclass(frozen=True, kw_only=True)
 class Plugin:
-    """Code of a robot, gait or balance controller.
+    """Code of a robot, gait, balance controller or metric.
 
     Attributes:
         name: Name of a shipped one, the absolute file of a user's own.
@@ -160,7 +163,7 @@ def _unseen(ways: Mapping[str, object]) -> str:
     )
 
 
-def plugin(kind: CodeKind, name: str, relative_to: Path | None = None) -> Plugin:
+def plugin(kind: Kind, name: str, relative_to: Path | None = None) -> Plugin:
     """Reference to the code that a name in a file stands for.
 
     Raises:
@@ -189,9 +192,12 @@ class _Same(tuple[Any, ...]):
 @lru_cache(maxsize=64)
 def _around_seed(parts: _Same, physics_version: int) -> tuple[bytes, bytes]:
     """What an identity hashes before and after the seed; its names stand in alphabetic order."""
-    codes, (engine, horizon), walker = parts[:3], parts[3:5], parts[5:]
+    codes, (metrics, engine, horizon), walker = parts[:3], parts[3:6], parts[6:]
     gait, robot, balance, servos, spread, surface = walker
-    code = {kind: each.identity for kind, each in zip(CODED, codes, strict=True) if each}
+    pairs = zip(CODED, codes, strict=True)
+    code: dict[str, object] = {kind: each.identity for kind, each in pairs if each}
+    if metrics:
+        code["metrics"] = {label(each.name): each.identity for each in metrics}
     before = {
         **({} if balance is None else {"balance": fragment(balance)}),
         "code": canonical_json(code),
@@ -232,6 +238,7 @@ class Trial:
         gait_code: Code of the gait.
         balance: Its balance controller; None for a gait that is walked as it is.
         balance_code: Code of that; None without one.
+        metric_codes: Code of the user's own metrics.
     """
 
     robot: Robot
@@ -247,6 +254,7 @@ class Trial:
     gait_code: Plugin
     balance: Balance | None = None
     balance_code: Plugin | None = None
+    metric_codes: tuple[Plugin, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.balance is None) != (self.balance_code is None):
@@ -257,14 +265,14 @@ class Trial:
         """Identity: hash of every value the simulation depends on, of no name. 32 hex digits."""
         codes = (getattr(self, f"{kind}_code") for kind in CODED)
         walker = (self.gait, self.robot, self.balance, self.servos, self.spread, self.surface)
-        before, after = _around_seed(
-            _Same((*codes, self.engine, self.horizon, *walker)), PHYSICS_VERSION
-        )
+        parts = _Same((*codes, self.metric_codes, self.engine, self.horizon, *walker))
+        before, after = _around_seed(parts, PHYSICS_VERSION)
         text = before + str(int(self.seed)).encode() + after
         return hashlib.sha256(text).hexdigest()[:ID_LENGTH]
 
     def to_dict(self) -> dict[str, Any]:
         """The whole trial as JSON data, from which another process rebuilds it."""
+        metrics = [code.to_dict() for code in self.metric_codes]
         return {
             "physics_version": PHYSICS_VERSION,
             "names": self.names.to_dict(),
@@ -273,6 +281,7 @@ class Trial:
                 for kind in CODED
                 if (code := getattr(self, f"{kind}_code")) is not None
             },
+            **({"metrics": metrics} if metrics else {}),
             "surface": {"type": self.surface.type, "values": values(self.surface)},
             "servos": [values(servo) for servo in self.servos],
             "engine": values(self.engine),
@@ -287,8 +296,8 @@ class Trial:
         Raises:
             WrongValue: Names the file of the user's own and what it has read.
         """
-        for kind in CODED:
-            code: Plugin | None = getattr(self, f"{kind}_code")
+        parts: list[Plugin | None] = [getattr(self, f"{kind}_code") for kind in CODED]
+        for code in (*parts, *self.metric_codes):
             if code is not None:
                 code.require_complete()
 
@@ -313,6 +322,10 @@ class Trial:
     def _made(cls, data: Mapping[str, Any]) -> Trial:
         codes = {kind: Plugin.from_dict(data[kind]["code"]) for kind in CODED if kind in data}
         made = {kind: _unpacked(kind, codes[kind], data[kind]["values"]) for kind in codes}
+        metrics = tuple(Plugin.from_dict(code) for code in data.get("metrics", ()))
+        for code in metrics:
+            _require_unchanged("metric", code)
+            take_in(Path(code.name), code.files)
         return cls(
             robot=made["robot"],
             gait=made["gait"],
@@ -327,13 +340,16 @@ class Trial:
             robot_code=codes["robot"],
             gait_code=codes["gait"],
             balance_code=codes.get("balance"),
+            metric_codes=metrics,
         )
 
 
 def own_code(data: Mapping[str, Any]) -> list[Plugin]:
     """Code of the user's own that a trial in plain data runs when it is made."""
     parts = (data.get(kind) for kind in CODED)
-    codes = (part.get("code") for part in parts if isinstance(part, Mapping))
+    codes = [part.get("code") for part in parts if isinstance(part, Mapping)]
+    metrics = data.get("metrics", ())
+    codes += metrics if isinstance(metrics, list | tuple) else ()
     found = [
         Plugin(name=str(code.get("name")), digest=code.get("digest"))
         for code in codes
@@ -343,6 +359,11 @@ def own_code(data: Mapping[str, Any]) -> list[Plugin]:
 
 
 def _unpacked(kind: CodeKind, code: Plugin, given: Mapping[str, Value]) -> Any:
+    _require_unchanged(kind, code)
+    return instance(load_class(kind, code.name, files=code.files), given)
+
+
+def _require_unchanged(kind: Kind, code: Plugin) -> None:
     found = code_digest(kind, code.name)
     if found != code.digest:
         raise WrongValue(
@@ -357,4 +378,3 @@ def _unpacked(kind: CodeKind, code: Plugin, given: Mapping[str, Value]) -> Any:
                 f"{path} {what}, and {Path(code.name).name} is made of it; "
                 "plan the experiment again"
             )
-    return instance(load_class(kind, code.name, files=code.files), given)

@@ -49,6 +49,7 @@ def _walker(parts: Parts, varied: frozenset[str]) -> dict[str, object]:
         "gait": [parts.gait_code.identity, _fixed("gait", parts.gait, varied)],
         "servo": [_fixed("servo", servo, varied) for servo in parts.servos({})],
         **_balance(parts, varied),
+        **({"metrics": [c.identity for c in parts.metric_codes]} if parts.metric_codes else {}),
     }
 
 

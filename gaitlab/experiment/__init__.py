@@ -12,6 +12,7 @@ SI units and radians throughout. Keys:
       - {robot: nao, gait: nao}         each may have servo:, engine: and a name:
       - {include: bases/bioloid.yaml}   robot, gait, servo, engine of a base file
     balance: {type: ankle_hip, ankle_pitch_gain: 0.3}   closes the loop; by default none
+    metrics: [./my_metric.py]       files of one's own metrics; reports and searches know them
     depends: [./lift.csv, ./tables] what code of one's own reads where nobody sees it read
     surfaces: [grass_50mm, ./our_field.yaml]
     surface: {toe_catch: 5.0}       set on every surface, which must have the parameter

@@ -21,6 +21,7 @@ from gaitlab.experiment.parts import (
     try_out,
 )
 from gaitlab.experiment.schema import Sections
+from gaitlab.metrics import take_in
 from gaitlab.parameters import parameter_table
 from gaitlab.plugins import (
     CodeKind,
@@ -53,7 +54,10 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     surfaces = collected(problems, lambda: read_surfaces(sections))
     servo = collected(problems, lambda: read_servo(sections.servo))
     balance = collected(problems, lambda: _balance(sections.balance, varied))
+    metrics = collected(problems, lambda: read_metrics(sections.metrics))
     if robot is None or gait is None or surfaces is None or servo is None or balance is None:
+        raise FileError(problems)
+    if metrics is None:
         raise FileError(problems)
     parts = Parts(
         robot=robot[0],
@@ -67,6 +71,7 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
         engine=sections.engine,
         horizon=sections.horizon,
         spread=sections.spread,
+        metric_codes=metrics,
     )
     servos = checked(sections.servo or sections.robot, lambda: parts.servos({}))
     checked(sections.robot, lambda: require_own_space(parts.robot))
@@ -150,6 +155,43 @@ def _with_own_files(cls: type, node: Node) -> Node:
         and is_file_name(value.value)
     }
     return node.replaced(**found)
+
+
+def read_metrics(node: Node | None) -> tuple[Plugin, ...]:
+    """Code of the user's own metrics, each ready to be asked for by its stem.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    if node is None:
+        return ()
+    if not isinstance(node.value, tuple):
+        message = f"metrics: found {node.found()}; expected a list of files, [./my_metric.py]"
+        raise FileError([node.problem(message)])
+    problems: list[Problem] = []
+    found = [collected(problems, lambda item=item: _metric(item)) for item in node.items]  # type: ignore[misc]
+    codes = [code for code in found if code is not None]
+    for code in codes:
+        if sum(label(other.name) == label(code.name) for other in codes) > 1:
+            problems.append(node.problem(f"metrics: two files are called {label(code.name)}"))
+    if problems:
+        raise FileError(list(dict.fromkeys(problems)))
+    return tuple(codes)
+
+
+def _metric(node: Node) -> Plugin:
+    if not isinstance(node.value, str) or not is_file_name(node.value):
+        raise FileError(
+            [
+                node.problem(
+                    f"metrics: found {node.found()}; expected a file of your own, ./my_metric.py. "
+                    "Those of gaitlab are always measured; `metrics:` of `report:` draws them"
+                )
+            ]
+        )
+    code = checked(node, lambda: plugin("metric", str(node.value), node.folder))
+    take_in(Path(code.name))
+    return code
 
 
 def read_depends(node: Node | None) -> list[Path] | None:

@@ -11,6 +11,7 @@ from gaitlab.experiment.axes import Axis
 from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
+from gaitlab.plugins import label
 
 DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
 
@@ -44,7 +45,13 @@ def _walker_content(parts: Parts) -> dict[str, object]:
         "gait": [parts.gait_code.identity, values(parts.gait)],
         "servos": [values(servo) for servo in parts.servos({})],
         **_balance_content(parts),
+        **_metrics_content(parts),
     }
+
+
+def _metrics_content(parts: Parts) -> dict[str, object]:
+    codes = parts.metric_codes
+    return {"metrics": {label(code.name): code.identity for code in codes}} if codes else {}
 
 
 def _balance_content(parts: Parts) -> dict[str, object]:

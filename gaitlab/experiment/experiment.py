@@ -253,7 +253,8 @@ def _with_all_files(
     if all(code.digest is None for code in parts.codes):
         if sections.depends is not None:
             message = (
-                "depends: no robot, gait or controller here is a file of your own; leave it out"
+                "depends: no robot, gait, controller or metric here is a file of your own; leave "
+                "it out"
             )
             raise FileError([sections.depends.problem(message)])
         return parts
@@ -272,6 +273,9 @@ def _with_all_files(
         robot_code=completed(parts.robot_code, sections.robot),
         gait_code=completed(parts.gait_code, sections.gait),
         balance_code=balance and completed(balance, sections.balance or sections.gait),
+        metric_codes=tuple(
+            completed(code, sections.metrics or sections.gait) for code in parts.metric_codes
+        ),
     )
 
 

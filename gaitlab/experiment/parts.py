@@ -71,6 +71,7 @@ class Parts:
         spread: How much replicates differ.
         balance: The balance controller; None without one.
         balance_code: Its code.
+        metric_codes: Code of the user's own metrics.
     """
 
     robot: Robot
@@ -84,12 +85,13 @@ class Parts:
     spread: Spread
     balance: Balance | None = None
     balance_code: Plugin | None = None
+    metric_codes: tuple[Plugin, ...] = ()
 
     @property
     def codes(self) -> tuple[Plugin, ...]:
         """Code of everything that is code."""
         balance = () if self.balance_code is None else (self.balance_code,)
-        return (self.robot_code, self.gait_code, *balance)
+        return (self.robot_code, self.gait_code, *balance, *self.metric_codes)
 
     @property
     def balance_name(self) -> str:

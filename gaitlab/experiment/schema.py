@@ -72,6 +72,9 @@ class Sections:
     depends: Node | None = parameter(
         None, unit="-", doc="files or folders that one's own code reads where it is not seen"
     )
+    metrics: Node | None = parameter(
+        None, unit="-", doc="files of one's own metrics, measured beside those of gaitlab"
+    )
     surfaces: Node = parameter(unit="-", doc="list of names or files")
     surface: Node | None = parameter(None, unit="-", doc="parameters set on every surface")
     servo: Node | None = parameter(None, unit="-", doc="`type` and parameters for every servo")
