@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -234,9 +235,12 @@ class Store(TrialFiles):
         if name in lists.damaged:
             raise lists.damaged[name]
         if name not in lists.sound:
+            from gaitlab.shell import store_option
+
             known = ", ".join(lists.sound) or "none"
+            command = shlex.join(["gaitlab", "run", name, *store_option(self.path)])
             raise UnknownName(
                 f"{self.path}: experiment {name!r} was never run on this store; there: {known}. "
-                f"Run it with `gaitlab run {name}`."
+                f"Run it with `{command}`."
             )
         return lists.sound[name]

@@ -22,6 +22,7 @@ from gaitlab.store.entry import Entry
 from gaitlab.store.lists import TrialList
 from gaitlab.store.parquet import Unreadable, read_log
 from gaitlab.store.record import Scalar
+from gaitlab.store.trial_files import redo
 
 _FIRST = ("trial_id", "experiment", "robot", "gait", "surface", "seed", "state", "reason")
 _TICKS = re.compile(r"\bticks\b", re.IGNORECASE)
@@ -146,10 +147,7 @@ def _sound(path: Path) -> Path:
     try:
         read_log(path)
     except Unreadable as error:
-        raise StoreError(
-            f"{error}. `gaitlab verify --repair` sets it aside, then `gaitlab run` does the trial "
-            "again."
-        ) from error
+        raise StoreError(f"{error}. {redo(path.parents[2])}") from error
     return path
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
@@ -17,10 +18,13 @@ from gaitlab.store.lock import Held
 from gaitlab.store.parquet import LogPart, Unreadable
 from gaitlab.store.record import TrialRecord
 
-_REDO = (
-    "`gaitlab verify --repair` sets it aside, then `gaitlab run` of its experiment does this "
-    "trial again."
-)
+
+def redo(store: Path) -> str:
+    """What to do about a damaged trial."""
+    from gaitlab.shell import store_option  # knows experiments, which no worker needs
+
+    command = shlex.join(["gaitlab", "verify", "--repair", *store_option(store)])
+    return f"`{command}` sets it aside, then `gaitlab run` of its experiment does this trial again."
 
 
 class TrialFiles:
@@ -141,7 +145,7 @@ class TrialFiles:
         except FileNotFoundError as error:
             raise self._unknown(trial_id) from error
         except Unreadable as error:
-            raise StoreError(f"{error}. {_REDO}") from error
+            raise StoreError(f"{error}. {redo(self.path)}") from error
 
     def _without_log(self, record: TrialRecord) -> StoreError:
         why = f"it ended {record.state}: {record.reason}"

@@ -265,7 +265,7 @@ def test_a_search_in_which_all_fall_says_what_came_nearest(store: Store) -> None
     assert found.tally.history.best is None
     text = "\n".join(nothing_allowed(found.tally.history))
     assert "No candidate of 18" in text
-    assert "Nearest misses:" in text
+    assert "Nearest misses" in text
     assert "stable >= 0.5 by 1" in text
 
 
