@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.forked import gaitlab
 from tests.synthetic import walk
 
 ROOT = Path(__file__).parent.parent
@@ -43,18 +41,6 @@ def commands(page: Path) -> list[str]:
         else:
             lines.append(line.split(" #")[0].strip())
     return [line for line in lines if line.startswith("gaitlab ")]
-
-
-def gaitlab(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "gaitlab", *words],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-        env={**os.environ, "COLUMNS": "200"},
-    )
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

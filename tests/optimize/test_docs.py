@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_docs import ROOT, blocks, commands, gaitlab
+from tests.forked import gaitlab
+from tests.test_docs import ROOT, blocks, commands
 
 PAGE = ROOT / "docs" / "optimising.md"
 SHORT = ("--set", "horizon.time=0.2", "--set", "seeds=1", "--set", "study.batch=2")
