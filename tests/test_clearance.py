@@ -254,13 +254,14 @@ def test_no_shipped_experiment_commands_an_overlap(name: str) -> None:
 @pytest.mark.parametrize("surface", ["carpet_4mm", "grass_30mm"])
 def test_no_walk_of_the_quick_experiment_reaches_an_overlap(surface: str) -> None:
     experiment = load_experiment(
-        "eros_quick", ["seeds=1", f"surfaces=[{surface}]", "horizon.cycles=4"]
+        "eros_quick", ["seeds=1", f"surfaces=[{surface}]", "horizon.cycles=2"]
     )
     for planned in plan(experiment).trials():
         assert measure(simulate(planned.trial))["feet_gap"] > 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_shipped_robot_walks_with_its_legs_apart(name: str) -> None:
-    trial = replace(ROBOTS[name], horizon=replace(ROBOTS[name].horizon, cycles=2.0))
+    trial = replace(ROBOTS[name], horizon=replace(ROBOTS[name].horizon, cycles=1.0))
     assert measure(simulate(trial))["feet_gap"] > -5e-4

@@ -148,6 +148,7 @@ def test_a_mistake_is_answered_in_words(gaitlab, words: list[str], code: int, pa
     assert "Traceback" not in found.err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("paper", papers())
 def test_the_audit_of_a_paper_is_a_page_of_markdown(gaitlab, tmp_path: Path, paper: str) -> None:
     found = gaitlab("audit", paper, "--output", str(tmp_path / "pages"))

@@ -248,6 +248,7 @@ def test_the_second_ctrl_c_kills(store: Store) -> None:
     assert store.states() == {}
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("well")
 def test_a_run_killed_again_and_again_ends_in_the_same_store(store: Store, tmp_path: Path) -> None:
     undisturbed = Store(tmp_path / "undisturbed")

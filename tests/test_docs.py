@@ -68,6 +68,7 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: Path) -> None:
     for command in commands(ROOT / "docs" / "adding.md"):
         done = gaitlab(*shlex.split(command)[1:], folder=field)
@@ -101,6 +102,7 @@ def affordable(words: list[str]) -> list[str]:
     return words
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "command", [line for page in PAGES if page.stem not in APART for line in commands(page)]
 )
@@ -113,6 +115,7 @@ def test_every_command_of_a_page_works(command: str, field: Path) -> None:
         assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 def test_the_gate_of_the_guide_answers(field: Path) -> None:
     """With the smallest experiment in the place of the shipped ones."""
     small = {"nightly": "stand.yaml", "standing": "stand.yaml"}

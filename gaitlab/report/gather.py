@@ -11,7 +11,6 @@ import pandas as pd
 from gaitlab.canonical import values
 from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
-from gaitlab.experiment.named_code import unnamed_code
 from gaitlab.plan import plan
 from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
 from gaitlab.report.results import ONE_ROW, Results
@@ -20,7 +19,7 @@ from gaitlab.report.walks import STEP, SWAY
 from gaitlab.report.words import plural
 from gaitlab.shell import command
 from gaitlab.store import Store
-from gaitlab.trial import Trial
+from gaitlab.trial import CODED, Plugin, Trial
 
 MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
 EXPERIMENT = "experiment"  # column of the trials; a variant where nothing else differs
@@ -72,15 +71,28 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
 
 
 def _trial(recorded: Mapping[str, Any], experiments: Sequence[Experiment]) -> Trial:
-    """The trial of a record, which runs no code but that of the experiments."""
+    """The trial of a record, made with the code of its experiment wherever the record found it."""
     walkers = [parts for e in experiments for parts in e.walkers.values() or [e.parts]]
-    named = {(code.name, code.digest) for parts in walkers for code in parts.codes}
-    if unnamed := unnamed_code(recorded, named):
+    known = {code.identity: code for parts in walkers for code in parts.codes}
+    data = dict(recorded)
+    for kind in CODED:
+        if kind in data:
+            data[kind] = {**data[kind], "code": _known(data[kind]["code"], known)}
+    if "metrics" in data:
+        data["metrics"] = [_known(code, known) for code in data["metrics"]]
+    return Trial.from_dict(data)
+
+
+def _known(code: Mapping[str, Any], known: Mapping[str, Plugin]) -> Mapping[str, Any]:
+    found = Plugin.from_dict(code)
+    if found.digest is None:
+        return code
+    if found.identity not in known:
         raise WrongValue(
-            f"a trial of the store names {' and '.join(unnamed)}, which is not the code of its "
-            "experiment, so it is not run; run the experiment into another --store"
+            f"a trial of the store names {found.name}, which is not the code of its experiment, so "
+            "it is not run; run the experiment into another --store"
         )
-    return Trial.from_dict(recorded)
+    return known[found.identity].to_dict()
 
 
 def _units(experiments: Sequence[Experiment]) -> dict[str, str]:

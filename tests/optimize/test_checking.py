@@ -31,6 +31,7 @@ def command(name: str, folder: Path, *more: str) -> int:
     return run_command_line(words)
 
 
+@pytest.mark.long
 def test_the_check_says_its_cost_and_then_what_holds(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

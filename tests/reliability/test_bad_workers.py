@@ -24,6 +24,7 @@ REASONS = {
 }
 
 
+@pytest.mark.long
 def test_exactly_the_trials_that_kill_their_worker_fail(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -66,6 +67,7 @@ def rss() -> int:
     return int(text.partition("VmRSS:")[2].split()[0])
 
 
+@pytest.mark.long
 def test_the_memory_of_a_process_is_flat_over_a_thousand_commits(tmp_path: Path) -> None:
     """Pretended trials; `benchmarks/worker_memory.py` measures the same with simulations."""
     store, seen = tmp_path / "data", []

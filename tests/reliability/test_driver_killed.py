@@ -43,6 +43,7 @@ def wait_for(store: Store, pid: int, trials: int) -> None:
     assert until(lambda: sweeps.committed(store) >= trials or not runs(pid))
 
 
+@pytest.mark.long
 def test_fifty_kills_at_random_instants_leave_no_trace(
     gaitlab: Drivers, store: Store, tmp_path: Path
 ) -> None:
@@ -64,6 +65,7 @@ def test_fifty_kills_at_random_instants_leave_no_trace(
     assert list(store.path.rglob("*.tmp")) == []
 
 
+@pytest.mark.long
 def test_a_kill_before_every_single_file_system_step_leaves_no_trace(
     gaitlab: Drivers, store: Store, tmp_path: Path
 ) -> None:
@@ -95,6 +97,7 @@ def test_no_worker_outlives_a_killed_driver_by_five_seconds(gaitlab: Drivers, st
     assert until(lambda: not any(runs(worker) for worker in workers), seconds=5.0)
 
 
+@pytest.mark.long
 def test_real_trials_of_a_killed_run_have_the_bits_of_an_undisturbed_one(
     gaitlab: Drivers, tmp_path: Path
 ) -> None:

@@ -210,6 +210,7 @@ def test_the_unchanged_files_are_right(outcome: Callable[[Case], tuple[int, str]
     assert outcome(("dance.yaml", "flipped", DANCE)) == (0, "")
 
 
+@pytest.mark.long
 def test_every_malformed_file_is_exit_3_with_a_message_and_no_run(
     outcome: Callable[[Case], tuple[int, str]],
 ) -> None:

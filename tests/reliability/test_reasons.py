@@ -120,15 +120,20 @@ def test_failed_and_damaged_trials_are_told_apart(store: Store) -> None:
 
 
 def test_a_dry_run_prints_the_reasons_and_touches_nothing(
-    store: Store, capsys: pytest.CaptureFixture[str]
+    store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    sweeps.run(store, *sweeps.SMALL)
+    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", sweeps.pretend)
+    grid = "grid: {gait.step_length: [0.0, 0.04], gait.lateral_sway: [0.01, 0.02]}"
+    file = tmp_path / "pretended.yaml"
+    file.write_text(f"include: {sweeps.FILE}\n{grid}\nseeds: 1\n")
+    command = ["run", str(file), "--store", str(store.path)]
+    assert run_command_line([*command, "-j", "0", "-q"]) == 0
     before = sweeps.content(store)
-    words = [word for setting in (*sweeps.SMALL, "horizon.cycles=3") for word in ("--set", setting)]
-    command = ["run", str(sweeps.FILE), "-n", "--store", str(store.path), *words]
-    assert run_command_line(command) == 0
+    file.write_text(file.read_text() + "horizon: {cycles: 3}\n")
+    capsys.readouterr()
+    assert run_command_line([*command, "-n"]) == 0
     assert capsys.readouterr().out.count("horizon changed") == CELLS
-    assert run_command_line([*command, "--json"]) == 0
+    assert run_command_line([*command, "-n", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["to_run"]["horizon_changed"] == CELLS
     assert sweeps.content(store) == before
 

@@ -43,6 +43,7 @@ def test_the_stored_logs_are_of_this_physics_and_of_every_robot_and_ground() -> 
     assert list(STORED["logs"]) == list(TRIALS), f"robots or grounds have changed: {REMAKE}"
 
 
+@pytest.mark.long
 def test_every_trial_of_every_shipped_experiment_keeps_its_name() -> None:
     """What a store holds would not be found again."""
     found = ids()
