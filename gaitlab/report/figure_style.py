@@ -91,7 +91,7 @@ def _lay_out(figure: Figure) -> None:
     The solver's last digits differ from run to run and would be hashed into names in the SVG.
     """
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)  # "none" would have every format drawn once more for nothing
     for axes in figure.axes:
         x, y, width, height = (round(v, 6) for v in axes.get_position(original=True).bounds)
         axes.set_position((x, y, width, height))
