@@ -32,6 +32,7 @@ def package(tmp_path: Path) -> Path:
     return copy
 
 
+@pytest.mark.long
 def test_every_file_that_a_trial_loads_decides_whether_it_still_counts() -> None:
     experiment = load_experiment("experiments/all_robots.yaml", ["horizon.time=0.2"])
     trials = {item.trial.names.robot: item.trial.to_dict() for item in plan(experiment).trials()}

@@ -16,6 +16,8 @@ from ruamel.yaml import YAML
 from gaitlab.cli.app import app
 from gaitlab.experiment import load_experiment
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 CONTRIB = ROOT / "contrib"

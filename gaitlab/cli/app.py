@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Sequence
+from functools import cache
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
+from typer.main import get_command
 
 from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
@@ -121,7 +123,7 @@ def run_command_line(arguments: Sequence[str]) -> int:
     words = list(arguments) or ["--help"]
     try:
         _require_utf8(words)
-        return int(app(words, prog_name="gaitlab", standalone_mode=False) or 0)
+        return int(_command()(words, prog_name="gaitlab", standalone_mode=False) or 0)
     except GaitlabError as error:
         tell(str(error))
         return error.exit_code
@@ -141,6 +143,12 @@ def run_command_line(arguments: Sequence[str]) -> int:
         traceback.print_exc(file=sys.stderr)
         tell("This is a mistake in gaitlab. Please report it to its authors, with the lines above.")
         return 1
+
+
+@cache
+def _command() -> Any:
+    """The commands as Typer builds them, in a tenth of a second; a program may call many."""
+    return get_command(app)
 
 
 def _require_utf8(words: Sequence[str]) -> None:

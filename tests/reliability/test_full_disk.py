@@ -22,6 +22,8 @@ from gaitlab.store import Store
 from tests.reliability import sweeps
 from tests.reliability.drivers import ROOT, Drivers, drivers, until
 
+pytestmark = pytest.mark.long
+
 ROOM = 30  # MB of the small file systems
 BALLAST = 14  # MB of them in use by something else
 

@@ -20,6 +20,7 @@ COMMANDS = re.findall(r"^    (gaitlab .*?)\s+#", PAGE, re.MULTILINE)
 PLACES = (ROOT / "tests" / "reliability", ROOT / "tests", ROOT)
 
 
+@pytest.mark.long
 def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In their order, in an empty folder, with trials that are pretended."""
     monkeypatch.chdir(tmp_path)

@@ -11,6 +11,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
@@ -110,6 +111,7 @@ class Sweeps(RuleBasedStateMachine):
 DRIVERS = None
 
 
+@pytest.mark.long
 def test_the_table_is_the_plans_pure_function_whatever_happens() -> None:
     global DRIVERS
     from hypothesis.stateful import run_state_machine_as_test

@@ -174,6 +174,7 @@ def test_seeds_are_listed_as_ranges() -> None:
     assert seeds_text([3, 1, 2, 9, 2]) == "1 to 3, 9"
 
 
+@pytest.mark.long
 def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
     trials = [t for t in toy_trials(seeds=2) if t["surface"] != "grass_10mm"]
     pages = [write_page(results_of(trials), SOURCES, tmp_path / name) for name in "ab"]

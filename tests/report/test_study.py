@@ -167,6 +167,7 @@ def test_misses_that_crowd_at_an_edge_name_the_range_to_widen() -> None:
     assert "widen `gait.step_height` beyond its upper end" in text
 
 
+@pytest.mark.long
 def test_the_same_findings_give_the_same_bytes(tmp_path: Path) -> None:
     found = toy_findings((SPEED, SWAY), baseline=False)
     pages = [write_study_page(found, tmp_path / name) for name in ("one", "two")]

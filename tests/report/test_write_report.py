@@ -129,6 +129,7 @@ def test_half_a_sweep_is_reported_as_half(
     assert "5 of 12 planned trials are in the store" in text
 
 
+@pytest.mark.long
 def test_writing_again_changes_no_byte(
     store: Store, both: list[Experiment], tmp_path: Path
 ) -> None:

@@ -139,6 +139,7 @@ def test_every_kind_of_section_describes_its_options() -> None:
         assert all(item.doc and item.unit == "-" for item in options_of(kind)), kind
 
 
+@pytest.mark.long
 def test_every_shipped_reproduction_is_right_in_both_forms() -> None:
     for name in filter(is_reproduction, names("experiment")):
         whole, short = load_reproduction(name), load_reproduction(name, quick=True)

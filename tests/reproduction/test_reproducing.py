@@ -47,6 +47,7 @@ def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captu
 QUICK = ("tiny.yaml", "--quick")
 
 
+@pytest.mark.long
 def test_a_tiny_reproduction_is_really_walked_and_reported(tmp_path, monkeypatch, capfd) -> None:
     monkeypatch.chdir(tmp_path)
     Path("tiny.yaml").write_text(WHOLE)
