@@ -15,6 +15,7 @@ from gaitlab.statistics import (
     sign_flip,
     signed_rank,
 )
+from gaitlab.statistics.clusters import _ranked
 
 
 def _outcomes(rng: np.random.Generator, seeds: int, cells: int, shared: float) -> np.ndarray:
@@ -114,3 +115,12 @@ def test_sums_over_cells_alarm_as_rarely_as_they_say_where_single_walks_would_no
 def test_a_change_that_all_seeds_share_is_found():
     gaps = np.random.default_rng(19).normal(-1.0, 1.0, (12, 8))
     assert sign_flip(gaps.sum(axis=1), "less") == pytest.approx(2.0**-12)
+
+
+@pytest.mark.parametrize("n", [2, 10, 200])
+def test_ranks_of_a_stratum_weigh_alike_whatever_its_size(n: int) -> None:
+    """Van Elteren's 1 / (n + 1): a stratum of many values does not drown one of few."""
+    first, second = _ranked(np.arange(n, dtype=float), np.arange(n, dtype=float) + n)
+    assert np.mean(second) - np.mean(first) == pytest.approx(n / (2 * n + 1))
+    assert max(np.abs(first).max(), np.abs(second).max()) < 0.5
+    assert first.sum() + second.sum() == pytest.approx(0.0, abs=1e-12)
