@@ -33,7 +33,7 @@ def replaced(path: Path) -> Iterator[Path]:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         yield part
-        _sync(part)
+        sync(part)
         if target.exists():
             shutil.copymode(target, part)
         os.replace(part, target)
@@ -137,15 +137,20 @@ def _move(stage: Path, folder: Path) -> None:
     """The page first: it is what makes the folder a report's."""
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     for file in sorted(files, key=lambda path: path != stage / PAGE):
-        _sync(file)
+        sync(file)
     for file in sorted(files, key=lambda path: path != stage / PAGE):
         target = folder / file.relative_to(stage)
         target.parent.mkdir(parents=True, exist_ok=True)
         os.replace(file, target)
 
 
-def _sync(file: Path) -> None:
-    descriptor = os.open(file, os.O_RDONLY)
+def sync(path: Path) -> None:
+    """See to it that what a file or a folder holds is on the disk.
+
+    Raises:
+        OSError: If it cannot be.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:

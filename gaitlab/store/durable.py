@@ -15,6 +15,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from gaitlab.errors import StoreError
+from gaitlab.outputs import sync
 
 PARTIAL = ".tmp"  # ending of a file that is still being written
 LARGEST = 1 << 30  # byte of a file that is read at once
@@ -48,7 +49,7 @@ def write_durably(path: Path, content: bytes, *, within: Path) -> None:
         _make_folder(path.parent)
         _write_synced(partial, content)
         os.replace(partial, path)
-        _sync_folder(path.parent)
+        sync(path.parent)
     except OSError as error:
         _remove_quietly(partial)
         raise unwritable(path, error, len(content)) from error
@@ -201,7 +202,7 @@ def _make_folder(folder: Path) -> None:
         return
     _make_folder(folder.parent)
     folder.mkdir(exist_ok=True)
-    _sync_folder(folder.parent)
+    sync(folder.parent)
 
 
 def _write_synced(path: Path, content: bytes) -> None:
@@ -210,14 +211,6 @@ def _write_synced(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _remove_quietly(path: Path) -> None:
