@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.experiment import load_experiment
+from gaitlab.picture.figure_style import save
+from gaitlab.picture.portrait import portrait
 from gaitlab.picture.robot import stance_at
 from gaitlab.plan import plan
 from gaitlab.replay import Recorded, cut_of, write_replay
-from gaitlab.report.figure_style import save
-from gaitlab.report.picture import portrait
 from gaitlab.simulate import simulate
 
 FOLDER = Path(__file__).parent / "images"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -89,6 +90,39 @@ def test_gaits_robots_and_metrics_do_not_know_each_other(part: str) -> None:
         siblings = {name for name in imports(file) if name.startswith(f"gaitlab.{part}.")}
         own = f"gaitlab.{part}._{file.stem}_"
         assert not {name for name in siblings if not name.startswith(own)}
+
+
+def modules() -> dict[str, set[str]]:
+    """What each module of the package imports of it, by their names."""
+    names = {
+        ".".join(("gaitlab", *file.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(
+            ".__init__"
+        ): file
+        for file in FILES
+    }
+    return {
+        name: {part for found in imports(file) for part in named(found, names)} - {name}
+        for name, file in names.items()
+    }
+
+
+def named(imported: str, known: Collection[str]) -> Iterator[str]:
+    """The module that an import loads: itself, or the one that it takes a name from."""
+    for name in (imported, imported.rpartition(".")[0]):
+        if name in known:
+            yield name
+            return
+
+
+def test_no_module_and_no_package_imports_itself_by_a_detour() -> None:
+    graph = modules()
+    TopologicalSorter(graph).prepare()
+    packages: dict[str, set[str]] = {}
+    for module, found in graph.items():
+        part = module.split(".")[1]
+        packages.setdefault(part, set()).update(other.split(".")[1] for other in found)
+    TopologicalSorter({part: found - {part} for part, found in packages.items()}).prepare()
+    assert sum(map(len, graph.values())) > 1000, "imports are found"
 
 
 def test_the_rules_are_applied_to_real_imports() -> None:

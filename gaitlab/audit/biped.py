@@ -26,7 +26,7 @@ from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles
 from gaitlab.kinematics.point_mass_stance import Effort, StanceEffort, stance_effort
 from gaitlab.parameters import Parameter, parameters
-from gaitlab.report.figure_style import save
+from gaitlab.picture.figure_style import save
 from gaitlab.report.strides import Postures, joint_figure, stick_figure
 from gaitlab.robots.biped import Robot
 from gaitlab.servos.files import load_servo

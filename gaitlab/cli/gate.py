@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitlab.cli.common import INTERRUPTED, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     ExperimentName,
@@ -17,7 +18,6 @@ from gaitlab.cli.options import (
     written_to,
 )
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, tell
-from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import StoreError, Undecided, UsageError, WorseBaseline
 
 if TYPE_CHECKING:

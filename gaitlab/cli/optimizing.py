@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.checking import check_winner, hold_final
+from gaitlab.cli.common import INTERRUPTED, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     Jobs,
@@ -21,7 +22,6 @@ from gaitlab.cli.options import (
     written_to,
 )
 from gaitlab.cli.printing import other_output_on_stderr, say, tell
-from gaitlab.cli.running import INTERRUPTED, worker_count
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:

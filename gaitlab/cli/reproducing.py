@@ -6,10 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gaitlab.cli.events import end_line, summary_object
-from gaitlab.cli.plan_text import plan_object
-from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
-from gaitlab.cli.running import (
+from gaitlab.cli.common import (
     INTERRUPTED,
     SOME_FAILED,
     refuse_large,
@@ -17,6 +14,9 @@ from gaitlab.cli.running import (
     tell_reasons,
     told_of,
 )
+from gaitlab.cli.events import end_line, summary_object
+from gaitlab.cli.plan_text import plan_object
+from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
 from gaitlab.dispatch import Cost, Outlook, Summary, cost, dispatch, outlook, total
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment

@@ -116,7 +116,7 @@ def report(
       gaitlab report eros_small
       gaitlab report eros_reproduction --quick
     """
-    from gaitlab.cli.running import refuse_quick
+    from gaitlab.cli.common import refuse_quick
     from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.optimize.findings import write_study_report
     from gaitlab.report import write_report

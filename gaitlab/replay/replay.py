@@ -136,8 +136,8 @@ def _write_film(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style, j
 
 
 def _write_drawing(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style) -> None:
+    from gaitlab.picture.portrait import portrait
     from gaitlab.picture.robot import stance_at
-    from gaitlab.report.picture import portrait
 
     if len(shown) > 1:
         raise UsageError(f"--output {path}: a drawing shows one trial; .png, .gif and .mp4 two")

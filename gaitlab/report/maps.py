@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from gaitlab.picture.figure_style import save
 from gaitlab.report.cells import paper_verdicts
-from gaitlab.report.figure_style import save
 from gaitlab.report.figures.share_map import Grid, Square, share_map
 from gaitlab.report.markdown import escape, image, section
 from gaitlab.report.results import ONE_ROW, Results

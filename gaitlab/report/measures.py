@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from gaitlab.picture.figure_style import save
 from gaitlab.report.falls import metrics_table, shown_unit, shown_values
-from gaitlab.report.figure_style import save
 from gaitlab.report.figures.measures import (
     MOST_POINTS,
     Panel,

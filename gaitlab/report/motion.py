@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from gaitlab.report.figure_style import save
+from gaitlab.picture.figure_style import save
 from gaitlab.report.figures.balance import OUTSIDE, Column, balance_figure
 from gaitlab.report.figures.foot_paths import CYCLES, foot_figure
 from gaitlab.report.figures.joint_loads import joint_figure

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from gaitlab.picture.figure_style import save
 from gaitlab.report.cells import cell_tables, legend
 from gaitlab.report.comparison import comparison
 from gaitlab.report.comparison.matching import SCORED, common
 from gaitlab.report.extremes import extremes_section
 from gaitlab.report.falls import falls_by_phase, falls_table, reasons
-from gaitlab.report.figure_style import save
 from gaitlab.report.figures.fall_map import PHASES, fall_map
 from gaitlab.report.headline import (
     HOW_TO_READ,

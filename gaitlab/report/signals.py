@@ -8,13 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitlab.report.figure_style import (
-    BLUE,
-    FAINT,
-    VERMILLION,
-    new_figure,
-    style,
-)
+from gaitlab.picture.figure_style import BLUE, FAINT, VERMILLION, new_figure, style
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

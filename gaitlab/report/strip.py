@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.log import TrialLog
+from gaitlab.picture.figure_style import save
+from gaitlab.picture.portrait import filmstrip
 from gaitlab.report.falls import fallen
-from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import escape, image
-from gaitlab.report.picture import filmstrip
 from gaitlab.report.results import Results
 from gaitlab.report.words import surface_text
 from gaitlab.trial import Trial

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from gaitlab.body import LinkPoses
 from gaitlab.kinematics.transforms import axis_rotation
+from gaitlab.picture.figure_style import save
 from gaitlab.picture.lawn import Footprint, Patch, ground_faces
+from gaitlab.picture.portrait import SIDE, filmstrip, patch_below, portrait
 from gaitlab.picture.robot import Stance, stance_at
 from gaitlab.picture.scene import Camera, box_faces
-from gaitlab.report.figure_style import save
-from gaitlab.report.picture import SIDE, filmstrip, patch_below, portrait
 from gaitlab.surfaces import FibreMat, RigidFloor, SoftLayer, Surface, TuftedPile
 from tests.report.builder import GRASS, JOINTS, SOLE, toy_tree, walk_log
 

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from gaitlab.picture.figure_style import save
 from gaitlab.replay.cut import cut_of
 from gaitlab.replay.replay import write_replay
 from gaitlab.replay.take import Recorded
 from gaitlab.report.before_falls.reading import body_log
-from gaitlab.report.figure_style import save
 from gaitlab.report.figures.balance import Column, balance_figure
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitlab.report.figure_style import DARK, INK, PAPER, SHARE, new_figure, style, wrapped
+from gaitlab.picture.figure_style import DARK, INK, PAPER, SHARE, new_figure, style, wrapped
 
 DIRECTIONS = ("forward", "backward", "left", "right")
 PHASES = np.linspace(0.0, 1.0, 11)  # edges of the cells

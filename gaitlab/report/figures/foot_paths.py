@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
 from gaitlab.log_columns import FEET
-from gaitlab.report.figure_style import (
+from gaitlab.picture.figure_style import (
     BLACK,
     BLUE,
     FAINT,

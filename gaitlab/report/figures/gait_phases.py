@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
 from gaitlab.motion import Gait
-from gaitlab.report.figure_style import BAND, FAINT, PAPER
+from gaitlab.picture.figure_style import BAND, FAINT, PAPER
 
 HATCH = "////"  # of the right foot's swing, so that the two differ in grey
 

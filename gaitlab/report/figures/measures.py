@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from gaitlab.report.figure_style import (
+from gaitlab.picture.figure_style import (
     CYCLE,
     HATCHES,
     INK,

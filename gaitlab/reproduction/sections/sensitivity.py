@@ -14,7 +14,7 @@ from typing import cast
 import numpy as np
 
 from gaitlab.experiment import Experiment, Quantity
-from gaitlab.report.figure_style import save
+from gaitlab.picture.figure_style import save
 from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.results import Results

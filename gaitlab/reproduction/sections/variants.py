@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import cast
 
+from gaitlab.picture.figure_style import save
 from gaitlab.report.comparison.contrast import Contrast, Verdict, stable_contrast, verdicts
 from gaitlab.report.comparison.matching import Matched, matched
 from gaitlab.report.comparison.tables import difference
-from gaitlab.report.figure_style import save
 from gaitlab.report.markdown import details, escape, image, table
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent

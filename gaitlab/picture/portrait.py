@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from gaitlab.body import Tree
 from gaitlab.log import TrialLog
+from gaitlab.picture.figure_style import INK, TEXT_WIDTH, VERMILLION, new_figure, style
 from gaitlab.picture.lawn import Patch, ground_faces
 from gaitlab.picture.robot import Stance, robot_faces, stance_at
 from gaitlab.picture.scene import Camera, paint
-from gaitlab.report.figure_style import INK, TEXT_WIDTH, VERMILLION, new_figure, style
 from gaitlab.soles import Sole
 from gaitlab.surfaces.surface import Surface
 
