@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.servos import Servo
-from gaitlab.servos.law import drive, feedback, servo_row, torque_limit
+from gaitlab.servos.law import drive, feedback, lags, servo_row, torque_limit
 
 SERVO = Servo(
     stall_torque=6.0, no_load_speed=6.6, voltage=12.0, supply=12.0, torque_limit=0.6,
@@ -137,3 +138,26 @@ def test_no_load_swings_up(ratio: float, lighter: float) -> None:
     step[1, 0] = step[2, 1] = step[4, 3] = 1.0
     step[3] = torque
     assert np.abs(np.linalg.eigvals(step)).max() < 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("ratio", [0.5, 3.0, 15.0, 60.0])
+def test_a_heavily_loaded_joint_is_told_its_speed_as_late_as_stated(ratio: float) -> None:
+    """Its speed is swung from outside; how late the torque follows it, r (1 - theta) ticks.
+
+    The law asks for the speed at the end of the tick, which is one later than the one it is given.
+    """
+    servo = replace(SERVO, torque_limit=1.0)
+    row, dt = servo_row([servo], np.ones(1)), 0.002
+    mobility = np.full((1, 1), ratio / (row.damping[0] * dt))
+    memory, ticks = feedback(row.damping, mobility, dt), 40_000
+    omega = 0.02 / (1.0 + ratio)  # rad a tick
+    speed, torque, fed = np.zeros(1), np.zeros(1), np.zeros(ticks)
+    for k in range(ticks):
+        turning = np.array([0.2 * np.sin(omega * k)])
+        drive(row, memory, np.full(1, 2.0), np.zeros(1), turning, torque.copy(), speed, torque)
+        fed[k] = speed[0] - torque[0] / row.damping[0]
+    whole = round(2.0 * np.pi / omega)
+    late = np.arange(ticks - whole * ((ticks // 2) // whole), ticks)
+    phase = np.angle(np.sum(fed[late] * np.exp(-1j * omega * late)) * 1j)
+    stated = lags(row.damping, mobility, dt)[0] / dt
+    assert 1.0 - phase / omega == pytest.approx(stated, rel=0.03, abs=0.02)
