@@ -110,6 +110,13 @@ def test_cost_of_transport_is_energy_over_weight_and_distance():
     assert found["cost_of_transport"] == pytest.approx(found["energy"] / weight / found["distance"])
 
 
+def test_cost_of_transport_asks_what_was_walked_not_what_was_commanded():
+    work = {"left_knee_torque": 1.0, "left_knee_velocity": 2.0}
+    whole, half = measure(walk(**work)), measure(walk(speed=0.5 * HEADER.commanded_speed, **work))
+    assert half["distance"] == pytest.approx(0.5 * whole["distance"])
+    assert half["cost_of_transport"] == pytest.approx(2.0 * whole["cost_of_transport"])
+
+
 def test_cost_of_transport_of_a_robot_that_goes_nowhere_is_not_a_number():
     work = {"left_knee_torque": 1.0, "left_knee_velocity": 2.0}
     assert isnan(measure(walk(speed=0.0, **work))["cost_of_transport"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitlab.metrics import measure
-from tests.synthetic import DUTY, walk
+from tests.synthetic import DUTY, fall, walk
 
 FEET = ("left", "right")
 
@@ -111,3 +111,14 @@ def test_ticks_in_flight_have_no_margin_and_do_not_count():
 @pytest.mark.parametrize("margin", [0.0, -0.002, 0.0005])
 def test_a_robot_on_an_edge_does_not_stand_inside(margin):
     assert measure(walk(zmp_margin=margin))["zmp_inside_share"] == 0.0
+
+
+def test_feet_that_meet_when_the_robot_lies_are_no_gap_of_its_walk():
+    def lying(walked):
+        return np.where(walked > 3.9, -0.01, 0.02)
+
+    fell = fall(at=3.0, feet_gap=lying)
+    assert fell.fall_index is not None
+    assert fell["time"][fell.fall_index] - fell.header.startup_time < 3.9
+    assert measure(fell)["feet_gap"] == pytest.approx(0.02)
+    assert measure(walk(feet_gap=lying))["feet_gap"] == pytest.approx(-0.01)
