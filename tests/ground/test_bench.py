@@ -12,7 +12,7 @@ from gaitlab.settings import Spread
 from gaitlab.surfaces import TuftedPile
 from gaitlab.surfaces.ground import new_footprint, pile_for
 from gaitlab.surfaces.pile import PileLaw
-from gaitlab.surfaces.press import press, stand
+from gaitlab.surfaces.press import _loads, press, stand
 from tests.ground.bench import AREA, GRAVITY, PEDESTALS, STILL, Bench, Sled, surface
 
 GRASS = PEDESTALS[:3]
@@ -407,6 +407,22 @@ def _hinge(bench: Bench, law: PileLaw, area: float) -> tuple[float, float, float
     friction += (loads @ arms[:, 2] / loads.sum()) * bench.engine.push[0][0]
     swung = 0.12 * GRAVITY * 0.033 * np.sin(tilt)
     return swung - torque - friction, -(loads @ arms[:, 0]) / loads.sum(), lift
+
+
+@pytest.mark.parametrize("name", GRASS)
+def test_a_foot_that_stands_on_an_uneven_lawn_carries_what_it_is_pressed_with_next(
+    name: str,
+) -> None:
+    ground = surface(name)
+    uneven = pile_for(
+        ground, Sled(kind="flat").sole, weight=34.3, foot_mass=0.12, dt=DT,
+        rng=np.random.default_rng(3), irregularity=1.0,
+    )  # fmt: skip
+    footprint, height = new_footprint(len(uneven.supports)), 0.6 * ground.height + 0.038
+    carried = stand(uneven, footprint, (0.0, 0.0, height), (0.0, 0.0, 0.0, 1.0))
+    points, load = uneven.supports + np.array([0.0, 0.0, height]), np.zeros(len(uneven.supports))
+    assert np.ptp(uneven.height_field) > 0.0
+    assert _loads(uneven, footprint, points, load)[0] == pytest.approx(carried, rel=1e-12)
 
 
 @pytest.mark.long
