@@ -266,7 +266,7 @@ def test_a_search_in_which_all_fall_says_what_came_nearest(store: Store) -> None
     text = "\n".join(nothing_allowed(found.tally.history))
     assert "No candidate of 18" in text
     assert "Nearest misses" in text
-    assert "stable >= 0.5 by 1" in text
+    assert "stable >= 0.5 (1)" in text
 
 
 def test_racing_walks_less_and_finds_as_much(whole: Store, store: Store) -> None:

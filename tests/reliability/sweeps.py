@@ -152,9 +152,9 @@ def table(store: Store) -> dict[str, dict[str, object]]:
     }
 
 
-def content(store: Store) -> dict[str, bytes]:
+def content(store: Store, name: str = NAME) -> dict[str, bytes]:
     """Every byte that must not depend on how a run went: index, list, every trial's file."""
-    files = [store.path / "index.jsonl", store.path / "experiments" / NAME / "trials.jsonl"]
+    files = [store.path / "index.jsonl", store.path / "experiments" / name / "trials.jsonl"]
     files += sorted((store.path / "trials").rglob("*"))
     return {str(f.relative_to(store.path)): f.read_bytes() for f in files if f.is_file()}
 

@@ -15,11 +15,13 @@ from pathlib import Path
 
 import pytest
 
+from gaitlab.experiment import load_experiment
 from gaitlab.store import Store
 from tests.reliability import sweeps
 from tests.reliability.drivers import Drivers, children, drivers, runs, until
 
 KILLS = 50
+FORM = "pretended+seeds-6"  # what the store calls the experiment with so many seeds
 SEEDS = 6  # 144 trials: no killed driver gets to the end before most of the kills are spent
 TWO_TRIALS = ("grid.gait.step_length=[0.0]", "grid.gait.lateral_sway=[0.01]")
 
@@ -48,8 +50,9 @@ def test_fifty_kills_at_random_instants_leave_no_trace(
     gaitlab: Drivers, store: Store, tmp_path: Path
 ) -> None:
     undisturbed = Store(tmp_path / "undisturbed" / "data")
-    sweeps.run(undisturbed, seeds=SEEDS)
-    wanted, chance, kills = sweeps.content(undisturbed), random.Random(4), 0
+    assert gaitlab.run(*command(undisturbed, "--seeds", str(SEEDS))) == 0
+    wanted, chance, kills = sweeps.content(undisturbed, FORM), random.Random(4), 0
+    assert f"experiments/{FORM}/trials.jsonl" in wanted
     while kills < KILLS:
         pid = gaitlab.start(*command(store, "--seeds", str(SEEDS)), errors=tmp_path / "errors")
         more = chance.choice((0, 0, 0, 0, 1, 3))
@@ -60,7 +63,7 @@ def test_fifty_kills_at_random_instants_leave_no_trace(
         if gaitlab.wait(pid) == -signal.SIGKILL:
             kills += 1
     assert gaitlab.run(*command(store, "--seeds", str(SEEDS))) == 0
-    assert sweeps.content(store) == wanted
+    assert sweeps.content(store, FORM) == wanted
     assert sweeps.twice(store) == []
     assert list(store.path.rglob("*.tmp")) == []
 
@@ -69,16 +72,23 @@ def test_fifty_kills_at_random_instants_leave_no_trace(
 def test_a_kill_before_every_single_file_system_step_leaves_no_trace(
     gaitlab: Drivers, store: Store, tmp_path: Path
 ) -> None:
-    whole = Store(tmp_path / "whole" / "data")
-    sweeps.run(whole, *TWO_TRIALS)
     options = [word for setting in TWO_TRIALS for word in ("--set", setting)]
-    wanted, step = sweeps.content(whole), 0
+    form = load_experiment(sweeps.FILE, settings=TWO_TRIALS).listed_as
+
+    def run(place: Store, kill_at: int = 0) -> int:
+        words = command(place, *options, jobs=0)
+        return gaitlab.run(*words, task="pretend", kill_at=kill_at)
+
+    whole = Store(tmp_path / "whole" / "data")
+    assert run(whole) == 0
+    wanted, step = sweeps.content(whole, form), 0
+    assert f"experiments/{form}/trials.jsonl" in wanted
     while True:
         step += 1
         place = Store(tmp_path / str(step) / "data")
-        code = gaitlab.run(*command(place, *options, jobs=0), task="pretend", kill_at=step)
-        sweeps.run(place, *TWO_TRIALS)
-        assert sweeps.content(place) == wanted, step
+        code = run(place, kill_at=step)
+        assert run(place) == 0
+        assert sweeps.content(place, form) == wanted, step
         assert sweeps.twice(place) == [], step
         assert list(place.path.rglob("*.tmp")) == [], step
         if code == 0:
