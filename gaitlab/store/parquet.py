@@ -98,11 +98,9 @@ def read_log(path: Path) -> TrialLog | None:
         StoreError: If this process has no memory or may open no file.
     """
     with _opened(path) as file:
-        metadata = _metadata(file)
-        _record(path, metadata)
-        if not metadata[_HEADER]:
+        metadata = _metadata_of_log(file, path)
+        if metadata is None:
             return None
-        _require_plausible(file, path)
         log = _log(file, metadata)
         if columns_sha256(log).encode() != metadata[_COLUMNS_SHA256]:
             raise ValueError("the columns are not those that were written")
@@ -119,12 +117,10 @@ def read_columns(path: Path, names: Sequence[str]) -> LogPart | None:
         StoreError: If this process has no memory or may open no file.
     """
     with _opened(path) as file:
-        metadata = _metadata(file)
-        _record(path, metadata)
-        if not metadata[_HEADER]:
+        metadata = _metadata_of_log(file, path)
+        if metadata is None:
             return None
         header = _header(json.loads(metadata[_HEADER]))
-        _require_plausible(file, path)
         table = file.read(columns=list(names), use_threads=False)
         return LogPart(header, {name: _plain(table, name) for name in names})
 
@@ -242,6 +238,16 @@ def _read_something_whole(path: Path) -> None:
         pq.ParquetFile(whole).read(use_threads=False)
     except Exception as error:
         raise unreachable(path, MemoryError()) from error
+
+
+def _metadata_of_log(file: pq.ParquetFile, path: Path) -> dict[bytes, bytes] | None:
+    """What the file says of its log, whose columns may then be read; None if it has none."""
+    metadata = _metadata(file)
+    _record(path, metadata)
+    if not metadata[_HEADER]:
+        return None
+    _require_plausible(file, path)
+    return metadata
 
 
 def _metadata(file: pq.ParquetFile) -> dict[bytes, bytes]:
