@@ -55,8 +55,8 @@ def value_text(value: object) -> str:
     """A value as a reader writes it: as it was typed, or if it was computed to four digits."""
     if not isinstance(value, (float, np.floating)):
         return str(value)
-    typed = f"{value:.{TYPED}g}"
-    return typed if float(typed) == value else f"{value:.4g}"
+    short, typed = f"{value:.4g}", f"{value:.{TYPED}g}"
+    return typed if float(typed) == value != float(short) else short
 
 
 def free_paths(trials: pd.DataFrame, candidates: Sequence[str], fixed: Sequence[str]) -> list[str]:
