@@ -9,15 +9,15 @@ from pathlib import Path
 
 from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, candidate, load_experiment
-from gaitlab.objectives import Outcome, score
-from gaitlab.optimize.final import decided
-from gaitlab.optimize.search import optimize
-from gaitlab.optimize.tally import Searched
-from gaitlab.optimize.validation import running
 from gaitlab.plan import plan
+from gaitlab.search import History
+from gaitlab.search.final import decided
+from gaitlab.search.objectives import Outcome, score
+from gaitlab.search.search import optimize
+from gaitlab.search.tally import Searched
+from gaitlab.search.validation import running
 from gaitlab.statistics import mean_interval
 from gaitlab.store import Store
-from gaitlab.study import History
 
 FRESH = range(2_000_000, 2_000_020)  # seeds
 

@@ -54,7 +54,7 @@ def test_makers_are_the_code_and_the_data_of_a_trial_and_no_page_or_command() ->
         "metrics/stable.py", "servos/mx_28.yaml", "surfaces/press.py", "canonical.py",
     }  # fmt: skip
     rooms = {path.partition("/")[0] for path in inside}
-    assert not rooms & {"report", "reproduction", "cli", "store", "statistics", "optimize"}
+    assert not rooms & {"report", "reproduction", "cli", "store", "statistics", "search"}
 
 
 def test_another_byte_of_a_maker_or_another_file_to_name_is_another_code(package: Path) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from gaitlab.cli.printing import duration, other_output_on_stderr, plural, say, tell
 
 if TYPE_CHECKING:
-    from gaitlab.optimize.tally import Searched
+    from gaitlab.search import History
+    from gaitlab.search.tally import Searched
     from gaitlab.store import Store
-    from gaitlab.study import History
 
 
 def hold_final(found: Searched, store: Store, jobs: int, *, quiet: bool) -> tuple[Searched, bool]:
@@ -20,8 +20,8 @@ def hold_final(found: Searched, store: Store, jobs: int, *, quiet: bool) -> tupl
         KeyboardInterrupt: At the second Ctrl-C.
     """
     from gaitlab.cli.progress import progress
-    from gaitlab.optimize.final import decided, due
-    from gaitlab.optimize.validation import running
+    from gaitlab.search.final import decided, due
+    from gaitlab.search.validation import running
 
     waiting = due(found.tally.history, store)
     if waiting and not quiet:
@@ -60,7 +60,7 @@ def check_winner(
         KeyboardInterrupt: At the second Ctrl-C.
     """
     from gaitlab.cli.progress import progress
-    from gaitlab.optimize.validation import running, validate
+    from gaitlab.search.validation import running, validate
 
     if not quiet:
         _say_effort(history, store, jobs, around)
@@ -75,7 +75,7 @@ def check_winner(
 
 
 def _say_effort(history: History, store: Store, jobs: int, around: bool) -> None:
-    from gaitlab.optimize.validation import chosen_of, effort, validate
+    from gaitlab.search.validation import chosen_of, effort, validate
 
     chosen = chosen_of(history)
     known = validate(history, store, lambda experiment: False, around=around)
@@ -92,7 +92,7 @@ def _say_effort(history: History, store: Store, jobs: int, around: bool) -> None
 
 def _text(history: History, store: Store, storage: str | None) -> str:
     """What the check found, in a few lines."""
-    from gaitlab.optimize.findings import findings_of
     from gaitlab.report.study.brief import brief
+    from gaitlab.report.study.gathering import findings_of
 
     return brief(findings_of(history.experiment, store, storage))

@@ -25,7 +25,7 @@ from gaitlab.cli.printing import other_output_on_stderr, say, tell
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from gaitlab.study import History
+    from gaitlab.search import History
 
 MOST_CANDIDATES = 10**6
 
@@ -110,9 +110,9 @@ def optimize(
     from gaitlab.cli.search_text import plan_text, result_json, result_text
     from gaitlab.experiment import load_experiment
     from gaitlab.experiment.purposes import study_of
-    from gaitlab.optimize.search import optimize as search
-    from gaitlab.optimize.validation import random_sibling
-    from gaitlab.optimize.winner import check_target
+    from gaitlab.search.search import optimize as search
+    from gaitlab.search.validation import random_sibling
+    from gaitlab.search.winner import check_target
     from gaitlab.store import Store
 
     given = [*(settings or ()), *_trials_setting(trials)]
@@ -181,7 +181,7 @@ def _arguments(
     from gaitlab.shell import store_option
 
     if storage is not None:
-        from gaitlab.study.addresses import shown  # loads Optuna, which takes a second
+        from gaitlab.search.addresses import shown  # loads Optuna, which takes a second
 
         parts += ["--storage", shown(storage)]
     return shlex.join([*parts, *store_option(store)])
@@ -189,8 +189,8 @@ def _arguments(
 
 def _export(history: History, export: Path | None, settings: Sequence[str], store: Path) -> None:
     """Write the winner; of a front, the one in its middle."""
-    from gaitlab.optimize.validation import chosen_of
-    from gaitlab.optimize.winner import export_winner
+    from gaitlab.search.validation import chosen_of
+    from gaitlab.search.winner import export_winner
     from gaitlab.shell import store_option
 
     if export is None:

@@ -118,8 +118,8 @@ def report(
     """
     from gaitlab.cli.common import refuse_quick
     from gaitlab.experiment import is_reproduction, load_experiment
-    from gaitlab.optimize.findings import write_study_report
     from gaitlab.report import write_report
+    from gaitlab.report.study.gathering import write_study_report
     from gaitlab.reproduction import sweep_page, write_reproduction
     from gaitlab.store import Store
 

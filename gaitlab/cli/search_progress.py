@@ -14,9 +14,9 @@ from rich.text import Text
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.cli.terminal import moving_terminal
 from gaitlab.metrics import unit_of
-from gaitlab.optimize.tally import Nobody, Tally, Told
 from gaitlab.printable import visible
-from gaitlab.study import Candidate, History
+from gaitlab.search import Candidate, History
+from gaitlab.search.tally import Nobody, Tally, Told
 
 WIDEST = 100  # characters
 FRAMES_A_SECOND = 2

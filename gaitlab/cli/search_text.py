@@ -12,12 +12,12 @@ from gaitlab.errors import UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.purposes import study_of
 from gaitlab.experiment.study import Choices, Constraint, Numbers
-from gaitlab.optimize.advice import edges, nothing_allowed
-from gaitlab.optimize.tally import Searched
-from gaitlab.optimize.winner import objective_text
 from gaitlab.plan import plan
+from gaitlab.search import Candidate, History, history
+from gaitlab.search.advice import edges, nothing_allowed
+from gaitlab.search.tally import Searched
+from gaitlab.search.winner import objective_text
 from gaitlab.store import Store
-from gaitlab.study import Candidate, History, history
 
 SHOWN_FRONT = 10  # candidates of a Pareto front
 

@@ -19,11 +19,11 @@ from gaitlab.experiment.study import (
     Racing,
     Study,
 )
-from gaitlab.report.study.findings import (
+from gaitlab.report.study.findings import Findings
+from gaitlab.search.results import (
     DEFAULT,
     RANDOM,
     WINNER,
-    Findings,
     Margin,
     Margins,
     Reach,

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from gaitlab.experiment.study import Numbers
 from gaitlab.report.study.crossings import crossings
-from gaitlab.report.study.findings import DEFAULT, RANDOM, WINNER, Findings, Rerun
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import gain, optimism, score, verdict
 from gaitlab.report.study.page import write_study_page
 from gaitlab.report.study.search_tables import near_misses
@@ -27,6 +27,7 @@ from gaitlab.report.study.tables import (
     winner_table,
 )
 from gaitlab.report.study.together import rows_of, write_pages_together
+from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Rerun
 from tests.report.study_builder import (
     SPEED,
     SWAY,

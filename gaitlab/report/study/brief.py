@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 from gaitlab.experiment.study import Numbers
 from gaitlab.report.study.crossings import crossings
-from gaitlab.report.study.findings import DEFAULT, RANDOM, WINNER, Findings, Rerun
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import gain, optimism, score, stable_of, verdict
 from gaitlab.report.study.tables import share_moved
 from gaitlab.report.study.words import interval, metric_text, metric_unit, number
 from gaitlab.report.words import share
+from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.statistics import wilson
 
 

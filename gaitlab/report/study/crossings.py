@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 from gaitlab.report.markdown import escape, table
-from gaitlab.report.study.findings import DEFAULT, RANDOM, WINNER, Findings, Rerun
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import score
 from gaitlab.report.study.words import UNKNOWN
 from gaitlab.report.words import share, surface_text
+from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.statistics import wilson
 
 

@@ -16,9 +16,9 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from gaitlab.experiment.study import Constraint, Objective, Study
-from gaitlab.objectives import Outcome, State
-from gaitlab.objectives import score as scored
-from gaitlab.report.study.findings import Rerun, Walk
+from gaitlab.search.objectives import Outcome, State
+from gaitlab.search.objectives import score as scored
+from gaitlab.search.results import Rerun, Walk
 from gaitlab.statistics import Count, Interval
 
 RESAMPLES = 2000  # the ends of a 95 % interval settle to some 3 % of its width

@@ -25,9 +25,10 @@ from gaitlab.picture.figure_style import (
     style,
 )
 from gaitlab.report.study.crossings import Crossing
-from gaitlab.report.study.findings import Findings, Margin, Reach
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.words import metric_text, number, short_paths
 from gaitlab.report.words import surface_text
+from gaitlab.search.results import Margin, Reach
 
 BAR = 0.5  # of the distance of two rows
 

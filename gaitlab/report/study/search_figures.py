@@ -25,8 +25,9 @@ from gaitlab.picture.figure_style import (
     new_figure,
     style,
 )
-from gaitlab.report.study.findings import Candidate, Findings
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.words import better, objective_axis, short_paths, value, with_unit
+from gaitlab.search import Candidate
 
 PANELS = 3  # side by side
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gaitlab.objectives import misses
 from gaitlab.report.markdown import code, escape, table
-from gaitlab.report.study.findings import Candidate, Findings
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.words import UNKNOWN, metric_text, metric_unit, number, value, with_unit
+from gaitlab.search import Candidate
+from gaitlab.search.objectives import misses
 
 NEAREST = 5  # candidates that nearly fulfilled the constraints
 SHOWN_FRONT = 12  # candidates of a Pareto front

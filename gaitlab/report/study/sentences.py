@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from gaitlab.experiment.study import Numbers
 from gaitlab.report.markdown import code, escape
-from gaitlab.report.study.findings import DEFAULT, RANDOM, WINNER, Findings, Margin, Rerun
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import Score, gain, optimism, score, stable_of, verdict
 from gaitlab.report.study.search_tables import near_misses, saving_text
 from gaitlab.report.study.tables import edge_of, share_moved
@@ -20,6 +20,7 @@ from gaitlab.report.study.words import (
     objective_text,
 )
 from gaitlab.report.words import plural, share, surface_text
+from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Margin, Rerun
 from gaitlab.statistics import stable_cell, wilson
 
 FEW_SEEDS = 10  # fresh ones; fewer hardly tell anything

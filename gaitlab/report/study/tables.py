@@ -8,15 +8,7 @@ from collections.abc import Iterator, Sequence
 from gaitlab.experiment import Value
 from gaitlab.experiment.study import Choices, Numbers
 from gaitlab.report.markdown import code, escape, table
-from gaitlab.report.study.findings import (
-    DEFAULT,
-    RANDOM,
-    WINNER,
-    Findings,
-    Margin,
-    Reach,
-    Rerun,
-)
+from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import constraint_value, gain, score, stable_of, verdict
 from gaitlab.report.study.words import (
     UNKNOWN,
@@ -31,6 +23,7 @@ from gaitlab.report.study.words import (
     value,
 )
 from gaitlab.report.words import share
+from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Margin, Reach, Rerun
 from gaitlab.statistics import wilson
 
 AT_THE_EDGE = 0.02  # of the range; a winner so near its end may want more of it

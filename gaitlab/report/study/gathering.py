@@ -1,0 +1,199 @@
+"""Everything the page of a study says, gathered from its database and its store."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from gaitlab.errors import UnknownName, UsageError
+from gaitlab.experiment import Experiment, Value
+from gaitlab.outputs import published
+from gaitlab.report.forms import write_html, write_tables
+from gaitlab.report.markdown import code, escape
+from gaitlab.report.provenance import common_values, seeds_text
+from gaitlab.report.sources import PROVENANCE
+from gaitlab.report.study.findings import Findings
+from gaitlab.report.study.page import write_study_page
+from gaitlab.report.study.together import write_pages_together
+from gaitlab.search import Candidate, History, history, importance
+from gaitlab.search.results import DEFAULT, RANDOM, Rerun
+from gaitlab.search.validation import (
+    Validation,
+    chosen_of,
+    fresh_seeds,
+    random_sibling,
+    rerun,
+    validate,
+    winner_experiment,
+)
+from gaitlab.shell import called, command
+from gaitlab.store import Index, Store
+from gaitlab.trial import PHYSICS_VERSION
+
+REPORTS = Path("reports")
+LEAST_TOLD = 8  # candidates; importance of fewer is noise
+
+
+def write_study_report(
+    experiments: Sequence[Experiment],
+    store: Store,
+    output: Path | None = None,
+    *,
+    storage: str | None = None,
+    html: bool = False,
+    tables: bool = False,
+    force: bool = False,
+) -> Path:
+    """Write the report of one or several studies; nothing is simulated.
+
+    Args:
+        experiments: Studies. Several get a page that sets them side by side, with a folder each
+            for their own pages.
+        store: Where the trials are.
+        output: Folder of the page and its figures; by default `reports/<names>`.
+        storage: Address of the database, if it is not the store's own.
+        html: Also write the page as one file of HTML.
+        tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
+
+    Returns:
+        The page, in HTML if that was asked for.
+
+    Raises:
+        UsageError: If one is no study.
+        UnknownName: If one was never searched on this store.
+    """
+    plain = [one.name for one in experiments if one.study is None]
+    if plain:
+        raise UsageError(
+            f"{' and '.join(plain)}: no study, and studies are reported apart from experiments; "
+            "give `gaitlab report` either only studies or only experiments"
+        )
+    found = [findings_of(one, store, storage) for one in experiments]
+    folder = output or REPORTS / "+".join(one.name for one in experiments)
+    single = len(found) == 1
+    with published(folder, force=force) as place:
+        page = write_study_page(found[0], place) if single else write_pages_together(found, place)
+        if tables:
+            write_tables(page)
+        page = write_html(page) if html else page
+    return folder / page.name
+
+
+def findings_of(experiment: Experiment, store: Store, storage: str | None = None) -> Findings:
+    """What a study has found so far, as its database and its store say.
+
+    Raises:
+        UnknownName: If it was never searched.
+        StoreError: If the database cannot be read.
+    """
+    past = history(experiment, store, storage)
+    checked = validate(past, store, _nothing)
+    chance, index = _chance(experiment, store, storage), store.index()
+    walked = {trial_id for candidate in past.candidates for trial_id in candidate.trial_ids}
+    return Findings(
+        experiment=experiment,
+        candidates=past.candidates,
+        best=past.best,
+        front=past.front,
+        finals=past.finals,
+        chosen=checked.chosen if checked else None,
+        importance=_importance(past),
+        used=past.used,
+        planned=past.planned,
+        wall=_wall(walked, index, store),
+        defaults={item.path: _default(experiment, item.path) for item in past.study.search},
+        reruns=tuple(_reruns(checked, chance, store)),
+        margins=checked.margins if checked else None,
+        drawn=len(chance.candidates) if chance is not None else 0,
+        called=called(experiment.path),
+        facts=_facts(past, index),
+        commands=commands(experiment, store, storage),
+    )
+
+
+def _nothing(experiment: Experiment) -> bool:
+    """Run nothing: what the store lacks stays missing."""
+    del experiment
+    return False
+
+
+def _importance(past: History) -> list[Mapping[str, float]]:
+    """Importance for each objective; empty mappings while too little was told."""
+    told = sum(candidate.state != "infeasible" for candidate in past.candidates)
+    if told < LEAST_TOLD:
+        return []
+    return [importance(past, place) for place in range(len(past.study.objectives))]
+
+
+def _default(experiment: Experiment, path: str) -> Value | None:
+    found = experiment.parts.base_values(path)
+    return found[0] if len(found) == 1 else None
+
+
+def _wall(walked: set[str], index: Index, store: Store) -> float:
+    """Time that workers spent on the walks of the search, in [s]."""
+    records = (store.record(trial_id) for trial_id in walked if trial_id in index.entries)
+    times = (record.provenance.get("wall_time") for record in records)
+    return sum(float(time) for time in times if isinstance(time, (int, float)))
+
+
+def _reruns(checked: Validation | None, chance: History | None, store: Store) -> Iterator[Rerun]:
+    """What was walked on fresh seeds, so far as any of it was."""
+    found = [*(checked.reruns if checked else ())]
+    chosen = chosen_of(chance) if chance is not None else None
+    if chance is not None and chosen is not None:
+        found.append(rerun(RANDOM, winner_experiment(chance, chosen), store.index()))
+    for one in found:
+        if one.label == DEFAULT or any(walk.state != "MISSING" for walk in one.walks):
+            yield one
+
+
+def _chance(experiment: Experiment, store: Store, storage: str | None) -> History | None:
+    """The search at random with the same budget, if there was one."""
+    with suppress(UnknownName):
+        return history(random_sibling(experiment), store, storage)
+    return None
+
+
+def _facts(past: History, index: Index) -> dict[str, str]:
+    experiment, study = past.experiment, past.study
+    options = ", ".join(f"{name} {value}" for name, value in study.sampler_options.items())
+    rounds = ", ".join(map(str, study.racing.rounds)) if study.racing else "off"
+    return {
+        "study": f"{escape(experiment.name)}, digest {code(experiment.digest[:16])}",
+        "sampler": escape(f"{study.sampler} {options}".strip()) + f", seed {study.seed}",
+        "candidates": f"{len(past.candidates)} of {study.trials}, in batches of {study.batch}",
+        "seeds of the search": seeds_text(experiment.seeds),
+        "racing after seeds": rounds,
+        "fresh seeds": seeds_text(fresh_seeds(experiment)),
+        "physics version": str(PHYSICS_VERSION),
+        **{k.replace("_", " "): v for k, v in common_values(_records(past, index)).items()},
+    }
+
+
+def _records(past: History, index: Index) -> Iterator[dict[str, object]]:
+    """Provenance of the trials of the search, without what differs from run to run."""
+    for candidate in past.candidates:
+        yield from _records_of(candidate, index)
+
+
+def _records_of(candidate: Candidate, index: Index) -> Iterator[dict[str, object]]:
+    for trial_id in candidate.trial_ids:
+        entry = index.entries.get(trial_id)
+        if entry is not None:
+            known = entry.details.provenance
+            yield {name: known[name] for name in PROVENANCE if name in known}
+
+
+def commands(experiment: Experiment, store: Store, storage: str | None) -> list[str]:
+    """The shell lines that walk what is missing and write the page."""
+    more = ["--storage", _without_password(storage)] if storage else []
+    return [command(verb, [experiment], store.path, *more) for verb in ("optimize", "report")]
+
+
+def _without_password(storage: str) -> str:
+    from gaitlab.search.addresses import shown  # loads Optuna, which takes a second
+
+    return shown(storage)
