@@ -22,8 +22,11 @@ from unittest.mock import patch
 
 import numpy as np
 import pybullet
+from pybullet_utils.bullet_client import BulletClient
 
+from gaitlab.body import Robot
 from gaitlab.engine import Engine
+from gaitlab.engine.bullet import GROUND, OTHERS, SHELL, Indices, let_legs_meet, links
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
 from gaitlab.run import run_trial
@@ -66,6 +69,17 @@ def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[flo
     return commands
 
 
+def meet_ground(
+    client: BulletClient, body: int, robot: Robot, found: Indices, joints: np.ndarray
+) -> None:
+    """As the engine's `let_legs_meet`, but nothing of the robot meets another part of it."""
+    let_legs_meet(client, body, robot, found, joints)
+    for link in links(client, body):
+        client.setCollisionFilterGroupMask(body, link, OTHERS, GROUND)
+    for foot in robot.feet:
+        client.setCollisionFilterGroupMask(body, found.link[f"{foot}{SHELL}"], OTHERS, 0)
+
+
 def bare(trial: Trial, ticks: int, meeting: bool = True) -> float:
     """CPU seconds a tick of the bare loop; it replays the commands of a walk, so that it walks.
 
@@ -76,8 +90,8 @@ def bare(trial: Trial, ticks: int, meeting: bool = True) -> float:
         ticks: How long.
         meeting: Whether the legs can touch each other.
     """
-    commands = motor_commands(trial, ticks)
-    with nullcontext() if meeting else patch("gaitlab.engine.engine.let_legs_meet"):
+    with nullcontext() if meeting else patch("gaitlab.engine.engine.let_legs_meet", meet_ground):
+        commands = motor_commands(trial, ticks)
         engine, _ = on_hard_floor(trial)
     with engine:
         client, body, joints = engine._client, engine._body, engine._joints

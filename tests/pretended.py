@@ -57,6 +57,17 @@ def pretend_well(
     return pretend(trial_id, trial, store, pause=pause, faults=False)
 
 
+def pretend_held(
+    trial_id: str, trial: Mapping[str, Any], store: Path, *, hold: Path
+) -> TrialRecord:
+    """As `pretend_well`, once the file `hold` is gone."""
+    end = time.monotonic() + 60.0
+    while hold.exists():
+        assert time.monotonic() < end, "nobody lets the trial go on"
+        time.sleep(0.01)
+    return pretend_well(trial_id, trial, store)
+
+
 def pretend_falling(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
     """On carpet every robot falls in standing, on grass every other one in walking."""
     standing = trial["names"]["surface"] == "carpet_4mm"
@@ -80,9 +91,14 @@ class Speaking(Silent):
 
 if __name__ == "__main__":
     import gaitlab.dispatch.sweep
-    from tests.pretended import pretend_well as task
+    from tests import pretended  # pickled by this name, not as a function of __main__
 
-    gaitlab.dispatch.sweep.simulated = partial(task, pause=float(sys.argv[2]))
+    where, how = sys.argv[1:]
+    gaitlab.dispatch.sweep.simulated = (
+        partial(pretended.pretend_held, hold=Path(how))
+        if Path(how).is_file()
+        else partial(pretended.pretend_well, pause=float(how))
+    )
     print("ready", flush=True)
-    summary = dispatch(experiment(), Store(Path(sys.argv[1])), jobs=2, progress=Speaking())
+    summary = dispatch(experiment(), Store(Path(where)), jobs=2, progress=Speaking())
     print(summary.planned, summary.done, summary.left, summary.interrupted, flush=True)

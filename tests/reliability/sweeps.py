@@ -73,6 +73,15 @@ def slow(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
     return pretend(trial_id, trial, store, pause=0.03)
 
 
+def held(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """Two end at once, the others when somebody has written the file `go` beside the store."""
+    end = time.monotonic() + 60.0
+    while committed(Store(store)) >= 2 and not (store.parent / "go").exists():
+        assert time.monotonic() < end, "nobody says go"
+        time.sleep(0.005)
+    return pretend(trial_id, trial, store)
+
+
 def long(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
     """With a log of about a megabyte."""
     return pretend(trial_id, trial, store, ticks=TICKS_OF_A_LONG_LOG)
@@ -115,7 +124,7 @@ def misbehave(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
     return pretend(trial_id, trial, store)
 
 
-TASKS = {task.__name__: task for task in (pretend, slow, long, stuck, misbehave, simulated)}
+TASKS = {task.__name__: task for task in (pretend, slow, held, long, stuck, misbehave, simulated)}
 
 
 def run(store: Store, *settings: str, seeds: int = 1, jobs: int = 0) -> Summary:
