@@ -18,6 +18,7 @@ from gaitlab.plugins import IN_PACKAGE, SUFFIXES
 
 PACKAGE = Path(__file__).parent
 NUMBERS = ("simulate", "metrics")  # what makes a trial's numbers, with all that they import
+TABLE = ".csv"  # numbers that a robot, gait or servo reads from beside its file
 CPUINFO = Path("/proc/cpuinfo")  # where Linux names the processor
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
@@ -81,7 +82,7 @@ def makers(package: Path = PACKAGE) -> tuple[set[Path], set[str]]:
         path
         for kind, folder in IN_PACKAGE.items()
         for path in (package / folder).rglob("*")
-        if path.suffix in SUFFIXES[kind]
+        if path.suffix in (*SUFFIXES[kind], TABLE)
     }
     todo = [f"{package.name}.{part}" for part in NUMBERS]
     todo += [name for path in files if path.suffix == ".py" for name in _imports(path)]

@@ -12,7 +12,7 @@ import pytest
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
     "errors outputs printable own_code plugins randomness parameters canonical documents "
-    "kinematics provenance statistics reference",
+    "kinematics provenance statistics",
     "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
     "servos imu balancing",
     "gaits robots balance metrics",
@@ -22,8 +22,8 @@ LEVELS = [
     "executors worker",
     "dispatch",
     "search",
-    "report audit",
-    "regression reproduction",
+    "report",
+    "regression papers",
     "cli",
     "__main__",
 ]
@@ -46,7 +46,7 @@ OWNERS = {
     "typer": {"cli"},
     "rich": {"cli"},
     "numba": {"surfaces", "servos", "replay", "body"},
-    "matplotlib": {"report", "picture", "replay", "reproduction"},
+    "matplotlib": {"report", "picture", "replay", "papers"},
     "PIL": {"replay"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")

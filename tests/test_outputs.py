@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.audit.page import Page
 from gaitlab.cli import run_command_line
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.export import FORMATS, Recorded, write_export
 from gaitlab.export.export import Format
 from gaitlab.outputs import published, replaced, write_text
+from gaitlab.papers.page import Page
 from tests.reliability import sweeps
 from tests.walked import commit, record, walked
 

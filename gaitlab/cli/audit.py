@@ -16,7 +16,7 @@ from gaitlab.errors import UnknownName
 from gaitlab.outputs import published, refuse_other
 
 if TYPE_CHECKING:
-    from gaitlab.audit.page import Page
+    from gaitlab.papers.page import Page
 
 ALL = "all"
 DEFAULT_FOLDER = Path("reports") / "papers"
@@ -55,7 +55,7 @@ def audit(
 
 
 def _write(name: str, output: Path, store: Path, force: bool) -> Path:
-    from gaitlab.audit.page import markdown
+    from gaitlab.papers.page import markdown
 
     page = _audit_of(name, store)()
     file = output / f"{name}.md"
@@ -70,8 +70,8 @@ def _write(name: str, output: Path, store: Path, force: bool) -> Path:
 
 
 def papers() -> list[str]:
-    """Names of the papers that can be audited: files of `gaitlab/audit` with an `audit`."""
-    from gaitlab.audit import page
+    """Names of the papers that can be audited: files of `gaitlab/papers` with an `audit`."""
+    from gaitlab.papers import page
 
     folder = Path(page.__file__).parent
     found = sorted(file for file in folder.glob("*.py") if not file.stem.startswith("_"))
@@ -82,5 +82,5 @@ def _audit_of(name: str, store: Path) -> Callable[[], Page]:
     """The audit of a paper; one that looks at simulated walks takes the store of the results."""
     from importlib import import_module
 
-    found: Callable[..., Page] = import_module(f"gaitlab.audit.{name}").audit
+    found: Callable[..., Page] = import_module(f"gaitlab.papers.{name}").audit
     return partial(found, store) if signature(found).parameters else found

@@ -125,8 +125,8 @@ def _experiment_text(name: str) -> str:
 
 def _reproduction_text(name: str) -> str:
     """Which experiments share a page, how much there is to walk, and the page's sections."""
+    from gaitlab.papers.reproduction import load_reproduction
     from gaitlab.plan import plan
-    from gaitlab.reproduction import load_reproduction
 
     whole = load_reproduction(name)
     members = [[one.name, str(plan(one).size), one.title] for one in whole.members]

@@ -20,8 +20,8 @@ from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plur
 from gaitlab.dispatch import Cost, Outlook, Summary, cost, dispatch, outlook, total
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
+from gaitlab.papers.reproduction import Reproduction
 from gaitlab.plan import plan
-from gaitlab.reproduction import Reproduction
 from gaitlab.store import Store
 
 COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a summary

@@ -118,16 +118,16 @@ def report(
     """
     from gaitlab.cli.common import refuse_quick
     from gaitlab.experiment import is_reproduction, load_experiment
+    from gaitlab.papers.reproduction import sweep_page, write_reproduction
     from gaitlab.report import write_report
     from gaitlab.report.study.gathering import write_study_report
-    from gaitlab.reproduction import sweep_page, write_reproduction
     from gaitlab.store import Store
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     if any(map(is_reproduction, experiments)):
         from gaitlab.cli.reproducing import only_one
-        from gaitlab.reproduction import load_reproduction
+        from gaitlab.papers.reproduction import load_reproduction
 
         name = only_one(experiments)
         with other_output_on_stderr():
@@ -243,7 +243,7 @@ def _asked(experiment: str, lists: Mapping[str, TrialList], results: Store) -> l
         return [experiment]
     with other_output_on_stderr():
         if is_reproduction(experiment):
-            from gaitlab.reproduction import load_reproduction
+            from gaitlab.papers.reproduction import load_reproduction
 
             return [member.listed_as for member in load_reproduction(experiment).members]
         if not is_file_name(experiment):

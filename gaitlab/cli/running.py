@@ -80,7 +80,7 @@ def run(
     results, workers = Store(store), worker_count(jobs)
     if is_reproduction(experiment):
         from gaitlab.cli.reproducing import Asked, run_members
-        from gaitlab.reproduction import load_reproduction
+        from gaitlab.papers.reproduction import load_reproduction
 
         with other_output_on_stderr():
             whole = load_reproduction(experiment, quick=quick, settings=settings or (), seeds=seeds)

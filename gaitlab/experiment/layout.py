@@ -43,7 +43,9 @@ def read_layout(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportS
 def _allowed(varied: Sequence[str]) -> dict[str, Sequence[str]]:
     """Names that each key of the section takes."""
     paths = ["surface", *varied]
-    tables = sorted(file.stem for file in (PACKAGE / "reference").glob("*.csv") if _of_cells(file))
+    tables = sorted(
+        file.stem for file in (PACKAGE / "papers" / "printed").glob("*.csv") if _of_cells(file)
+    )
     return {
         "rows": paths,
         "columns": paths,

@@ -45,7 +45,7 @@ class Published:
     """A printed table.
 
     Attributes:
-        name: File in `gaitlab/reference`.
+        name: File in `gaitlab/papers/printed`.
         title: How the paper calls it.
         cells: True where the paper prints STABLE.
         stated: Percentage the text states for a surface.
@@ -75,8 +75,8 @@ class Published:
 
 @cache
 def rows_of(name: str) -> tuple[Mapping[str, str], ...]:
-    """Rows of a CSV file shipped in `gaitlab/reference`, as text."""
-    file = resources.files("gaitlab.reference").joinpath(f"{name}.csv")
+    """Rows of a CSV file shipped in `gaitlab/papers/printed`, as text."""
+    file = resources.files("gaitlab.papers.printed").joinpath(f"{name}.csv")
     return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 

@@ -12,11 +12,13 @@ References:
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from math import sqrt
+from pathlib import Path
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -28,7 +30,6 @@ from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.limbs import Limb
 from gaitlab.motion import FeetPoses
 from gaitlab.parameters import parameter
-from gaitlab.reference import rows
 from gaitlab.soles import Sole
 from gaitlab.urdf import box_of_inertia
 
@@ -38,6 +39,13 @@ SIDES: tuple[Side, Side] = ("left", "right")
 COUPLED = 1e-6  # rad by which the two hip yaw-pitch angles may differ, for rounding only
 
 _NAO = "published: Aldebaran H25 V4.0"
+
+
+@cache
+def _table(name: str) -> tuple[Mapping[str, str], ...]:
+    """Rows of `nao_v40_<name>.csv` beside this file."""
+    text = Path(__file__).with_name(f"nao_v40_{name}.csv").read_text(encoding="utf-8")
+    return tuple(csv.DictReader(text.splitlines()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,10 +75,9 @@ class NaoSole(Sole):
     )
 
     def sensors(self, foot: int) -> np.ndarray:
-        """The four FSRs in the ankle frame, [Shaari2015] Table 2, in [m]. Shape (4, 2)."""
-        table = rows("nao_table2")[4 * foot : 4 * foot + 4]
-        titles = [f"Position {axis} (m) [Ankle Frame]" for axis in "XY"]
-        return np.array([[float(row[title].split()[0]) for title in titles] for row in table])
+        """The four FSRs in the ankle frame, in [m]. Shape (4, 2)."""
+        table = _table("force_sensors")[4 * foot : 4 * foot + 4]
+        return np.array([[float(row["x_m"]), float(row["y_m"])] for row in table])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,9 +150,9 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links: trunk, left leg, right leg, left arm, right arm, head."""
-        table = {row["link"]: row for row in rows("nao_v40_links")}
+        table = {row["link"]: row for row in _table("links")}
         scale = self.mass / sum(float(row["mass_kg"]) for row in table.values())
-        legs_and_arms = rows("nao_v40_joints")[2:] + rows("nao_v40_joints")[:2]
+        legs_and_arms = _table("joints")[2:] + _table("joints")[:2]
         joints = [row for row in legs_and_arms if row["child"] in table]
         trunk = _link(table["torso"], scale, None, (0.0, 0.0, 0.0), None)
         return Tree((trunk, *(self._jointed(row, table[row["child"]], scale) for row in joints)))

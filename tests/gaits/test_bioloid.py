@@ -22,7 +22,9 @@ def whole_walk(gait: Gait, cycles: float = 2.0) -> np.ndarray:
 
 def published_poses() -> np.ndarray:
     """Table 2 in metres. Shape (5, left and right, 3)."""
-    text = resources.files("gaitlab.reference").joinpath("bioloid_table2.csv").read_text("utf-8")
+    text = (
+        resources.files("gaitlab.papers.printed").joinpath("bioloid_table2.csv").read_text("utf-8")
+    )
     rows = list(csv.DictReader(text.splitlines()))
     return (
         np.array(

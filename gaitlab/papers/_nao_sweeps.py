@@ -1,0 +1,258 @@
+"""The NAO study's sweeps as simulated: what a store holds of them, and what that says.
+
+The paper judges by eye whether its normalised ZMP "fluctuates". Here that is the total variation
+of the load index, see the metric `load_index_fluctuation`, compared seed by seed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+
+from gaitlab.errors import UnknownName
+from gaitlab.papers.page import Table
+from gaitlab.papers.printed import rows as published
+from gaitlab.robots.nao import Robot
+from gaitlab.statistics import mean_interval, wilson
+from gaitlab.store import Store
+
+FLUCTUATION = "load_index_fluctuation"
+
+Trials = Sequence[Mapping[str, object]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """One of the paper's experiments, or ours over the period.
+
+    Attributes:
+        experiment: Name of the shipped experiment.
+        title: What it varies.
+        symbol: The paper's symbol.
+        unit: Unit in which it is shown.
+        path: Dotted path of our parameter.
+        shown: Value of the symbol in that unit from our parameter.
+        chosen: Value that the paper ends with, in that unit; None where it gives none.
+        table: Its table in `gaitlab/papers/printed`, None for ours.
+        column: Column of that table.
+    """
+
+    experiment: str
+    title: str
+    symbol: str
+    unit: str
+    path: str
+    shown: Callable[[float], float]
+    chosen: float | None
+    table: str | None = None
+    column: str = ""
+
+    def values(self, trials: Trials) -> list[float]:
+        """Values to show, in the order of the paper's table, or of the experiment."""
+        if self.table is None:
+            return sorted({self.value_of(trial) for trial in trials})
+        return [round(1000.0 * float(row[self.column]), 6) for row in published(self.table)]
+
+    def value_of(self, trial: Mapping[str, object]) -> float:
+        """Value of one trial, in the unit that is shown."""
+        return round(self.shown(float(str(trial[self.path]))), 6)
+
+
+_PAPER = (
+    ("nao_bending_height", "bending height", "h", "gait.hip_height", "Bending Height (m)", 3),
+    ("nao_frontal_shift", "frontal shift", "F", "gait.lateral_sway", "Frontal Shift (m)", 4),
+    ("nao_step_length", "step length", "s", "gait.step_length", "Step length (m)", 5),
+)
+_IN_MM: Mapping[str, Callable[[float], float]] = {
+    "h": lambda hip_height: 1000.0 * (straight(Robot()) - hip_height),
+    "F": lambda lateral_sway: 1000.0 * lateral_sway,
+    "s": lambda step_length: 2000.0 * step_length,
+}
+
+
+def straight(robot: Robot) -> float:
+    """Height of the hips over the soles on straight legs, where h is 0, in [m]."""
+    return robot.leg.thigh + robot.leg.tibia + robot.sole.height
+
+
+@cache
+def sweeps() -> tuple[Sweep, ...]:
+    """The paper's three experiments."""
+    final = published("nao_table6")[0]
+    return tuple(
+        Sweep(
+            experiment=experiment,
+            title=title,
+            symbol=symbol,
+            unit="mm",
+            path=path,
+            shown=_IN_MM[symbol],
+            chosen=round(1000.0 * float(final[column]), 6),
+            table=f"nao_table{number}",
+            column=column,
+        )
+        for experiment, title, symbol, path, column, number in _PAPER
+    )
+
+
+PERIOD = Sweep(
+    experiment="nao_period",
+    title="half period",
+    symbol="T",
+    unit="s",
+    path="gait.gait_period",
+    shown=lambda gait_period: gait_period / 2.0,
+    chosen=None,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """The replicates of one setting.
+
+    Attributes:
+        value: Value of the sweep's symbol.
+        trials: Finished trials by seed.
+    """
+
+    value: float
+    trials: Mapping[int, Mapping[str, object]]
+
+    @property
+    def walked(self) -> int:
+        """Trials that stayed on their feet and covered the ground."""
+        return sum(bool(trial["stable_strict"]) for trial in self.trials.values())
+
+    @property
+    def share(self) -> float:
+        """Share of the trials that walked."""
+        return self.walked / len(self.trials)
+
+    def metric(self, name: str) -> dict[int, float]:
+        """Finite values of a metric by seed."""
+        found = {seed: float(str(trial[name])) for seed, trial in self.trials.items()}
+        return {seed: value for seed, value in found.items() if isfinite(value)}
+
+
+def settings(sweep: Sweep, store: Path) -> list[Setting]:
+    """Every setting of a sweep with its finished trials; none for a sweep that was never run."""
+    try:
+        trials: Trials = [
+            {str(key): value for key, value in row.items()}
+            for row in Store(store).table(sweep.experiment).to_dict("records")
+            if row["state"] == "DONE"
+        ]
+    except UnknownName:
+        return []
+    grouped: dict[float, dict[int, Mapping[str, object]]] = {}
+    for trial in trials:
+        grouped.setdefault(sweep.value_of(trial), {})[int(str(trial["seed"]))] = trial
+    return [
+        Setting(value=value, trials=grouped[value])
+        for value in sweep.values(trials)
+        if value in grouped
+    ]
+
+
+def table(sweep: Sweep, found: Sequence[Setting]) -> Table:
+    """What the simulation shows of each setting."""
+    marked = {True: " (the paper's choice)", False: ""}
+    header = [f"{sweep.symbol} [{sweep.unit}]", "walks", "share, 95 % interval"]
+    header += ["fluctuation of the load", "roles changed again", "X beyond ±1"]
+    header += ["ZMP clear of the edge", "roll ± [deg]"]
+    body = [
+        [f"{s.value:g}{marked[s.value == sweep.chosen]}", *_walked(s), *_measured(s)] for s in found
+    ]
+    number = f"Table {sweep.table[-1]}, " if sweep.table else ""
+    text = f"`gaitlab run {sweep.experiment}`"
+    if not found:
+        text = f"Not simulated in this store: run {text} and then `gaitlab audit nao`."
+    return Table(title=f"{number}{sweep.title} {sweep.symbol}", text=text, header=header, rows=body)
+
+
+def _walked(setting: Setting) -> list[str]:
+    n = len(setting.trials)
+    low, high = wilson(setting.walked, n)
+    return [f"{setting.walked} of {n}", f"{100.0 * low:.0f} to {100.0 * high:.0f} %"]
+
+
+def _measured(setting: Setting) -> list[str]:
+    roll = [np.degrees(value) for value in setting.metric("roll_amplitude").values()]
+    return [
+        _mean(list(setting.metric(FLUCTUATION).values()), 2),
+        _mean(list(setting.metric("load_index_crossings").values()), 1),
+        _mean(_percent(setting, "zmp_normalised_outside"), 1, " %"),
+        _mean(_percent(setting, "zmp_inside_share"), 0, " %"),
+        _mean(roll, 1),
+    ]
+
+
+def _percent(setting: Setting, metric: str) -> list[float]:
+    return [100.0 * share for share in setting.metric(metric).values()]
+
+
+def _mean(values: Sequence[float], digits: int, unit: str = "") -> str:
+    if len(values) < 2:
+        return "–"
+    low, high = mean_interval(values)
+    return f"{np.mean(values):.{digits}f}{unit} [{low:.{digits}f}, {high:.{digits}f}]"
+
+
+def criterion(found: Sequence[Setting]) -> str:
+    """How often the paper's index leaves its bounds in walks and in falls, as sentences."""
+    trials = {str(trial["trial_id"]): trial for s in found for trial in s.trials.values()}
+    beyond: dict[bool, list[float]] = {True: [], False: []}
+    for trial in trials.values():
+        beyond[bool(trial["fell"])].append(100.0 * float(str(trial["zmp_normalised_outside"])))
+    if not beyond[True] or not beyond[False]:
+        return ""
+    walks, falls = (
+        _mean([x for x in beyond[fell] if isfinite(x)], 1, " %") for fell in (False, True)
+    )
+    never = [sum(share == 0.0 for share in beyond[fell]) for fell in (False, True)]
+    return (
+        "The paper calls a robot stable if and only if its normalised ZMP lies in [-1, 1]. Here X "
+        f"leaves that range in {walks} of the readings of the {len(beyond[False])} trials that "
+        f"stay up, and in {falls} of those of the {len(beyond[True])} that fall, before they do. "
+        f"By that criterion {never[0]} of the former and {never[1]} of the latter are stable."
+    )
+
+
+def verdict(sweep: Sweep, found: Sequence[Setting]) -> str:
+    """Whether the simulation supports the paper's choice, with its numbers, as a sentence."""
+    name = f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}"
+    chosen = next((s for s in found if s.value == sweep.chosen), None)
+    others = [s for s in found if s.value != sweep.chosen]
+    if chosen is None or not others:
+        return f"**{name}**: not simulated yet, `gaitlab run {sweep.experiment}`."
+    differences = [_difference(chosen, other) for other in others]
+    better = sum(low > 0.0 for _, low, _ in differences)
+    worse = sum(high < 0.0 for _, _, high in differences)
+    supported = better == len(others)
+    stands = chosen.share >= max(s.share for s in found)
+    word = "supported" if supported and stands else "not supported"
+    return (
+        f"**{name}: {word}.** It walks in {' '.join(_walked(chosen)[:1])} trials "
+        f"({_walked(chosen)[1]}), the other settings in "
+        f"{', '.join(f'{s.walked} of {len(s.trials)}' for s in others)}. Its load fluctuates by "
+        f"{_measured(chosen)[0]}, less than {better} and more than {worse} of the {len(others)} "
+        "others beyond the 95 % interval of the difference ("
+        + "; ".join(
+            f"{other.value:g} {sweep.unit}: {mean:+.2f} [{low:+.2f}, {high:+.2f}]"
+            for other, (mean, low, high) in zip(others, differences, strict=True)
+        )
+        + ")."
+    )
+
+
+def _difference(chosen: Setting, other: Setting) -> tuple[float, float, float]:
+    """Fluctuation of another setting less that of the chosen one, paired by seed, and interval."""
+    ours, theirs = chosen.metric(FLUCTUATION), other.metric(FLUCTUATION)
+    pairs = [theirs[seed] - ours[seed] for seed in sorted(ours.keys() & theirs.keys())]
+    mean = float(np.mean(pairs)) if pairs else float("nan")
+    return mean, *mean_interval(pairs)

@@ -1,0 +1,214 @@
+"""Which simulated cells answer to a paper's printed cells, and which of them constants were fit on.
+
+A cell counts as calibrated when a constant was chosen by looking at it, and as predicted when none
+was. A printed verdict agrees when the simulated cell has the same one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from gaitlab.errors import WrongValue
+from gaitlab.papers.reproduction.section import Value
+from gaitlab.plugins import suggestion
+from gaitlab.report.cells import DIRECTIONS, STEP, compared
+from gaitlab.report.reference import (
+    OPTIMISATION,
+    TABLES,
+    Place,
+    Published,
+    published,
+    table_of_optimisation,
+)
+from gaitlab.report.results import Results
+from gaitlab.report.scores import Cell, Score
+from gaitlab.report.variants import Variant
+from gaitlab.statistics import Count
+
+Calibrated = Mapping[str, Value]  # by name of the table: {direction: ..., ...}, or a list of them
+KEYS = ("direction", "surfaces", "distances")  # of the cells that a constant was chosen on
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Answer:
+    """A variant that answers to a printed table.
+
+    Attributes:
+        table: The printed table.
+        experiment: Name of the member.
+        results: Of the member.
+        variant: The one that answers.
+    """
+
+    table: Published
+    experiment: str
+    results: Results
+    variant: Variant
+
+    @property
+    def label(self) -> str:
+        """What the page calls it: the variant, or the member whose only variant it is."""
+        return self.variant.label if len(self.results.variants) > 1 else self.experiment
+
+    @property
+    def columns(self) -> list[list[Cell]]:
+        """The planned cells of every ground."""
+        return self.results.by_column(self.variant)
+
+
+class Judged(NamedTuple):
+    """One simulated cell beside the printed one."""
+
+    table: str
+    place: Place
+    ours: Cell
+    printed: bool
+    calibrated: bool
+
+    def agrees(self, score: Score = "stable") -> bool:
+        """Whether both have the same verdict."""
+        return self.ours.verdict(score) == self.printed
+
+
+def answers(results: Mapping[str, Results], experiments: Iterable[str]) -> list[Answer]:
+    """Every variant that answers to a printed table, Table 7 before Table 8."""
+    found = [
+        Answer(table=published(table), experiment=name, results=each, variant=variant)
+        for name, each in ((name, results[name]) for name in experiments)
+        for variant in each.variants
+        if (table := table_of(variant)) is not None
+    ]
+    return sorted(found, key=lambda answer: answer.table.name)
+
+
+def table_of(variant: Variant) -> str | None:
+    """Printed table that a variant answers to, None for none.
+
+    That of `report.compare`; without it a variant with both halves of the optimisation answers to
+    Table 8 and one that switches both off to Table 7.
+    """
+    if variant.compare is not None:
+        return variant.compare
+    varied = all(path in variant.values for path in OPTIMISATION)
+    return table_of_optimisation(variant.values) if varied else None
+
+
+def forward_only(answer: Answer) -> Answer:
+    """The same without the rows that walk backward."""
+    results = answer.results
+    if results.rows != STEP:
+        return answer
+    trials = results.trials[results.trials[STEP] >= 0.0]
+    return replace(answer, results=replace(results, trials=trials))
+
+
+def out_of_reach(found: Sequence[Answer]) -> set[tuple[object, str]]:
+    """Row and ground of the cells whose steps no leg reaches in one of the answers."""
+    return {
+        (row, str(ground))
+        for answer in found
+        for row in answer.results.row_values
+        for ground in answer.results.column_values
+        if not answer.results.cell(answer.variant, row, ground).feasible
+    }
+
+
+def without_cells(answer: Answer, left_out: set[tuple[object, str]]) -> Answer:
+    """The same without some cells, by row and ground."""
+    results = answer.results
+    places = zip(results.trials[results.rows], results.trials[results.columns], strict=True)
+    kept = [place not in left_out for place in places]
+    return replace(answer, results=replace(results, trials=results.trials[kept]))
+
+
+def judged(answer: Answer, calibrated: Calibrated) -> list[Judged]:
+    """Cells that are scored here and printed there, in the order of the rows."""
+    blocks = _blocks(calibrated.get(answer.table.name))
+    variant = replace(answer.variant, compare=answer.table.name)
+    return [
+        Judged(
+            answer.table.name, pair.place, pair.ours, pair.printed,
+            any(_within(pair.place, block) for block in blocks),
+        )
+        for pair in compared(answer.results, variant)
+    ]  # fmt: skip
+
+
+def _blocks(value: Value) -> list[Mapping[str, Value]]:
+    """Blocks of cells of a table that constants were chosen on."""
+    found = value if isinstance(value, tuple) else (value,)
+    return [block for block in found if isinstance(block, Mapping)]
+
+
+def _within(place: Place, block: Mapping[str, Value]) -> bool:
+    """Whether a cell lies in a block; what a block leaves out is all of it."""
+    return (
+        block.get("direction") in (None, place.direction)
+        and _listed(place.surface, block.get("surfaces"))
+        and _listed(place.distance, block.get("distances"))
+    )
+
+
+def _listed(value: str | int, wanted: Value) -> bool:
+    return wanted is None or value in (wanted if isinstance(wanted, tuple) else (wanted,))
+
+
+def require_known(calibrated: Calibrated) -> None:
+    """Refuse a table, key, direction, ground or distance that nothing is called by.
+
+    Raises:
+        WrongValue: At the first of them; names what is known.
+    """
+    for table, cells in calibrated.items():
+        _require("calibrated", table, sorted(TABLES))
+        for block in _blocks(cells):
+            _require_block(f"calibrated: {table}", table, block)
+
+
+def _require_block(where: str, table: str, block: Mapping[str, Value]) -> None:
+    distances = sorted({place.distance for place in published(table).cells})
+    known: Mapping[str, Sequence[str]] = {
+        "direction": DIRECTIONS,
+        "surfaces": sorted(published(table).stated),
+        "distances": [str(distance) for distance in distances],
+    }
+    for key, value in block.items():
+        _require(where, key, KEYS)
+        for item in value if isinstance(value, tuple) else (value,):
+            _require(f"{where}: {key}", str(item), known[key])
+
+
+def _require(where: str, found: str, known: Sequence[str]) -> None:
+    if found not in known:
+        raise WrongValue(f"{where}: found {found!r}{suggestion(found, known)}")
+
+
+def agreement(cells: Sequence[Judged], score: Score = "stable") -> Count:
+    """Cells with the printed verdict, of how many."""
+    return Count(sum(cell.agrees(score) for cell in cells), len(cells))
+
+
+def always_stable(cells: Sequence[Judged]) -> Count:
+    """What saying S of every cell would score."""
+    return Count(sum(cell.printed for cell in cells), len(cells))
+
+
+def best_constant(cells: Sequence[Judged]) -> Count:
+    """What the best single verdict for each ground of each table would score.
+
+    It is chosen with the printed verdicts in hand, so no prediction could rely on it.
+    """
+    groups: dict[tuple[str, str], Counter[bool]] = {}
+    for cell in cells:
+        groups.setdefault((cell.table, cell.place.surface), Counter())[cell.printed] += 1
+    return Count(sum(max(group.values()) for group in groups.values()), len(cells))
+
+
+def untouched_grounds(cells: Sequence[Judged]) -> list[str]:
+    """Grounds with no calibrated cell among these, in their order."""
+    grounds = dict.fromkeys(cell.place.surface for cell in cells)
+    touched = {cell.place.surface for cell in cells if cell.calibrated}
+    return [ground for ground in grounds if ground not in touched]

@@ -1,0 +1,163 @@
+"""Efficiency without and with an optimisation: the gain with its interval, and the paper's own.
+
+References:
+    EROS2018: D. Pristovani R. et al., Walking Trajectory Optimization Algorithm for Robot Humanoid
+        on Synthetic Grass, EMITTER International Journal of Engineering Technology, 2018.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from gaitlab.papers.reproduction.answers import Answer
+from gaitlab.report.comparison.matching import Matched
+from gaitlab.report.reference import Published, published
+from gaitlab.report.scores import (
+    DRAWS,
+    Cell,
+    cell_of,
+    efficiency_draws,
+    interval_of,
+    mean_percent,
+    truth,
+)
+from gaitlab.statistics import STABLE_SHARE, Interval, efficiency, stability_percent
+
+# Stable backward rows of Table 7 that the percentages stated in the text imply, by pedestal: with
+# them, and only with them, 10 rows a pedestal give 10, 10, 30 and 80 % as they do for Table 8. The
+# printed backward block is that of Table 8.
+IMPLIED_BACKWARD: Mapping[str, int] = {
+    "grass_50mm": 0,
+    "grass_30mm": 0,
+    "grass_10mm": 0,
+    "carpet_4mm": 2,
+}
+
+
+class Claim(NamedTuple):
+    """Efficiencies that one way of counting gives the paper, in percent."""
+
+    name: str
+    without: float
+    with_: float
+
+
+class Simulated(NamedTuple):
+    """Efficiencies here, in percent, the gain in points, with their intervals."""
+
+    without: float
+    without_interval: Interval
+    with_: float
+    with_interval: Interval
+    gain: float
+    gain_interval: Interval
+    paired: bool
+
+
+def claims() -> list[Claim]:
+    """The paper's efficiencies as stated, counted over all printed cells, forward, and implied."""
+    before, after = published("eros_table7"), published("eros_table8")
+    return [
+        Claim("stated in the text", before.stated_efficiency, after.stated_efficiency),
+        Claim("counted, all 10 rows", before.counted_efficiency, after.counted_efficiency),
+        Claim("counted, 7 forward rows", _forward(before), _forward(after)),
+        Claim("counted, with the backward rows that the text implies", _implied(before),
+              after.counted_efficiency),
+    ]  # fmt: skip
+
+
+def _forward(table: Published) -> float:
+    return efficiency([stability_percent(_verdicts(table, ground)) for ground in table.stated])
+
+
+def _verdicts(table: Published, ground: str) -> list[bool]:
+    places = table.cells.items()
+    return [v for k, v in places if k.surface == ground and k.direction == "forward"]
+
+
+def _implied(table: Published) -> float:
+    rows = {ground: len([k for k in table.cells if k.surface == ground]) for ground in table.stated}
+    counts = {g: sum(_verdicts(table, g)) + IMPLIED_BACKWARD[g] for g in table.stated}
+    return efficiency([100.0 * counts[ground] / rows[ground] for ground in table.stated])
+
+
+def simulated(before: Answer, after: Answer, runs: Matched) -> Simulated:
+    """Efficiencies of two answers, and the gain; where one lacks runs, over those that both have.
+
+    Args:
+        before: Without the optimisation.
+        after: With it.
+        runs: Runs of both, `before` first; paired if they share seeds.
+    """
+    first, second = before.columns, after.columns
+    if runs.unshared or any(
+        len(runs.first) < sum(c.n for s in side for c in s) for side in (first, second)
+    ):
+        first, second = (_columns(side) for side in (runs.first, runs.second))
+    paired = runs.paired
+    draws = (
+        gain_draws(runs)
+        if paired
+        else efficiency_draws(second, stream=1) - efficiency_draws(first, stream=0)
+    )
+    return Simulated(
+        without=mean_percent(first),
+        without_interval=_interval(efficiency_draws(first)),
+        with_=mean_percent(second),
+        with_interval=_interval(efficiency_draws(second, stream=1)),
+        gain=mean_percent(second) - mean_percent(first),
+        gain_interval=_interval(draws),
+        paired=paired,
+    )
+
+
+def _columns(runs: pd.DataFrame) -> list[list[Cell]]:
+    """Cells of the runs on each ground."""
+    grounds = (ground for _, ground in runs.groupby("surface", sort=False))
+    return [[cell_of(cell) for _, cell in ground.groupby("cell")] for ground in grounds]
+
+
+def _interval(draws: np.ndarray) -> Interval:
+    """Interval of draws, to a millionth: half a percent is rounded like the mean beside it."""
+    low, high = interval_of(draws)
+    return Interval(round(low, 6), round(high, 6))
+
+
+def gain_draws(runs: Matched) -> np.ndarray:
+    """Plausible gains in efficiency given the pairs of runs that were seen. Shape (draws,).
+
+    As `efficiency_draws`, but both shares of a cell are drawn together: the four outcomes of a pair
+    have a Dirichlet posterior with 1/4 each before any run, so that each share alone has the
+    Jeffreys posterior of a single one. Cells out of reach of one side are certainly unstable there.
+    """
+    generator = np.random.default_rng([20180622, 7])
+    grounds = runs.first["surface"].to_numpy()
+    cells = runs.first["cell"].to_numpy()
+    by_ground = [
+        np.mean(
+            [_cell_draws(runs, cells == cell, generator) for cell in np.unique(cells[chosen])],
+            axis=0,
+        )
+        for chosen in (grounds == ground for ground in dict.fromkeys(grounds.tolist()))
+    ]
+    return 100.0 * np.mean(by_ground, axis=0) if by_ground else np.full(DRAWS, np.nan)
+
+
+def _cell_draws(runs: Matched, chosen: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Gain of one cell: 1, 0 or -1 in each draw. Shape (draws,)."""
+    before, after = (truth(side["stable"])[chosen] for side in (runs.first, runs.second))
+    counts = [np.sum((before == b) & (after == a)) for b, a in OUTCOMES]
+    shares = generator.dirichlet(np.array(counts) + 0.25, DRAWS)
+    within = [
+        bool((side["state"][chosen] != "INFEASIBLE").any()) for side in (runs.first, runs.second)
+    ]
+    first = (shares[:, 2] + shares[:, 3] >= STABLE_SHARE) & within[0]
+    second = (shares[:, 1] + shares[:, 3] >= STABLE_SHARE) & within[1]
+    return second.astype(float) - first.astype(float)
+
+
+OUTCOMES = ((False, False), (False, True), (True, False), (True, True))  # of a pair

@@ -1,0 +1,239 @@
+"""The page of a reproduction: headline, sections and where all of it comes from."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import pandas as pd
+
+from gaitlab.errors import NothingRun
+from gaitlab.experiment import Experiment
+from gaitlab.outputs import published
+from gaitlab.papers.reproduction.answers import Calibrated, answers
+from gaitlab.papers.reproduction.document import Reproduction
+from gaitlab.papers.reproduction.headline import headline
+from gaitlab.papers.reproduction.section import Context, Section
+from gaitlab.papers.reproduction.sections import section_text
+from gaitlab.report.forms import write_html, write_tables
+from gaitlab.report.gather import gather
+from gaitlab.report.markdown import code, escape, fenced, section, table
+from gaitlab.report.provenance import common_values, facts_table, part_tables, seeds_text
+from gaitlab.report.results import Results
+from gaitlab.report.scores import SCORED
+from gaitlab.report.sources import records, sources
+from gaitlab.report.words import plural
+from gaitlab.shell import called, store_option
+from gaitlab.store import Store
+from gaitlab.trial import PHYSICS_VERSION
+
+REPORTS = Path("reports")
+WALKED = "walked_time"  # metric of a trial, in [s]
+QUICK = "**Quick form**: fewer seeds and points than the whole has, as the members below say."
+TABLES = "tables"  # kind of section that the headline is made from
+
+
+def write_reproduction(
+    reproduction: Reproduction,
+    store: Store,
+    output: Path | None = None,
+    *,
+    html: bool = False,
+    tables: bool = False,
+    force: bool = False,
+) -> Path:
+    """Write the page of a reproduction; the same store gives the same bytes.
+
+    Args:
+        reproduction: What was asked.
+        store: Where the trials are; what is missing there is named on the page.
+        output: Folder of the page and its figures; by default `reports/<name>`.
+        html: Also write the page as one file of HTML.
+        tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
+
+    Returns:
+        The page, in HTML if that was asked for.
+
+    Raises:
+        NothingRun: If the store holds no trial of any member.
+        UsageError: If members cannot share a section.
+        WrongValue: If an option names what there is not.
+    """
+    results = _results(reproduction, store)
+    folder = output or REPORTS / reproduction.name
+    with published(folder, force=force) as place:
+        context = Context(
+            results=results,
+            experiments={member.name: member for member in reproduction.members},
+            store=store,
+            folder=place,
+        )
+        page = place / "README.md"
+        page.write_text(_page(reproduction, context), encoding="utf-8")
+        if tables:
+            write_tables(page)
+        page = write_html(page) if html else page
+    return folder / page.name
+
+
+def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:
+    """Results of every member of which anything was run."""
+    found = {}
+    for member in reproduction.members:
+        try:
+            found[member.name] = gather([member], store)
+        except NothingRun:
+            continue
+    if not found:
+        raise NothingRun(
+            f"the store {store.path} holds no trial of {reproduction.name}; run "
+            f"`{run_command(reproduction, store)}` first"
+        )
+    return found
+
+
+def run_command(reproduction: Reproduction, store: Store) -> str:
+    """The shell line that simulates what is missing."""
+    return f"gaitlab run {_arguments(reproduction, store)}"
+
+
+def report_command(reproduction: Reproduction, store: Store) -> str:
+    """The shell line that writes the page."""
+    return f"gaitlab report {_arguments(reproduction, store)}"
+
+
+def _arguments(reproduction: Reproduction, store: Store) -> str:
+    words = [called(reproduction.path), *reproduction.options, *store_option(store.path)]
+    return shlex.join(words)
+
+
+def _page(reproduction: Reproduction, context: Context) -> str:
+    blocks = [
+        f"# {escape(reproduction.title)}",
+        escape(reproduction.description),
+        QUICK if "--quick" in reproduction.options else "",
+        _completeness(reproduction, context),
+        _headline(reproduction, context),
+        _made_by(reproduction, context),
+        *(_section(each, context) for each in reproduction.sections),
+        _provenance(reproduction, context),
+    ]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def _headline(reproduction: Reproduction, context: Context) -> str:
+    """The lines of the first section of tables; empty without one."""
+    for each in reproduction.sections:
+        here = [name for name in each.experiments if name in context.results]
+        if each.kind == TABLES and here:
+            calibrated = cast(Calibrated, each.options["calibrated"])
+            return headline(answers(context.results, here), calibrated)
+    return ""
+
+
+def _made_by(reproduction: Reproduction, context: Context) -> str:
+    """Which command makes the page again, and how much it walks."""
+    every = context.results.values()
+    walked = sum(float(each.done[WALKED].sum()) for each in every if WALKED in each.done)
+    trials = pd.concat([each.trials[["trial_id", "state"]] for each in every])
+    done = int(trials.drop_duplicates("trial_id")["state"].isin(SCORED).sum())
+    whole = len(context.results) == len(context.experiments) and trials["state"].isin(SCORED).all()
+    counted = plural(done, "trial") + ("" if whole else " so far")
+    return (
+        f"Made again by {code(run_command(reproduction, context.store))}, then "
+        f"{code(report_command(reproduction, context.store))}: {counted}, "
+        f"{walked / 3600.0:.1f} hours of walking simulated. Intervals are 95 % unless something "
+        "else is said, and of the seeds alone, not of what was assumed."
+    )
+
+
+def _completeness(reproduction: Reproduction, context: Context) -> str:
+    """What is missing and how to get it; empty when every planned trial is there."""
+    parts = [text for each in reproduction.members for text in _lacking(each.name, context)]
+    if not parts:
+        return ""
+    lines = "\n".join(f"- {part}" for part in parts)
+    command = fenced(run_command(reproduction, context.store), "sh")
+    return f"**Incomplete.** What is not there is counted nowhere.\n\n{lines}\n\n{command}"
+
+
+def _lacking(name: str, context: Context) -> Iterator[str]:
+    """What a member has no result of."""
+    if name not in context.results:
+        yield f"{escape(name)}: none of its trials is in the store"
+        return
+    states = context.results[name].trials["state"].value_counts()
+    planned = int(states.sum())
+    for state, verb in (("MISSING", "not in the store"), ("FAILED", "failed")):
+        if state in states.index:
+            yield f"{escape(name)}: {int(states[state])} of {planned} trials {verb}"
+
+
+def _section(each: Section, context: Context) -> str:
+    """A heading, the file's own words and what the section's kind makes of its members."""
+    here = tuple(name for name in each.experiments if name in context.results)
+    absent = [escape(name) for name in each.experiments if name not in here]
+    note = f"Without {' and '.join(absent)}, of which nothing was run." if absent else ""
+    text = section_text(replace(each, experiments=here), context) if here else ""
+    return section(escape(each.title), each.text.strip(), note, text)
+
+
+def _provenance(reproduction: Reproduction, context: Context) -> str:
+    commands = "\n".join(
+        command(reproduction, context.store) for command in (run_command, report_command)
+    )
+    first = next(name for name in context.experiments if name in context.results)
+    found = sources([context.experiments[first]], context.store, context.results[first])
+    return section(
+        "Provenance",
+        facts_table(_facts(reproduction, context.results)),
+        _members(context),
+        f"This page again:\n\n{fenced(commands, 'sh')}",
+        f"Constants of {escape(first)}; other members change what their files say.",
+        found.grounds,
+        part_tables(found.parts),
+    )
+
+
+def _facts(reproduction: Reproduction, results: Mapping[str, Results]) -> dict[str, str]:
+    planned = sum(len(each.trials) for each in results.values())
+    every = [record for each in results.values() for record in records(each)]
+    return {
+        f"reproduction {reproduction.name}": f"file SHA-256 {_file_digest(reproduction.path)}",
+        "trials": (
+            f"{plural(planned, 'planned trial')} of {plural(len(results), 'experiment')}; those "
+            "that experiments share are walked once"
+        ),
+        "physics version": str(PHYSICS_VERSION),
+        **{name.replace("_", " "): value for name, value in common_values(every).items()},
+    }
+
+
+def _members(context: Context) -> str:
+    """Every member with what it resolves to, what was done of it and its seeds."""
+    head = ["member", "file SHA-256", "digest of all it resolves to", "trials", "done", "seeds"]
+    rows = [_member_row(member, context) for member in context.experiments.values()]
+    return table(head, rows, "lllrrl")
+
+
+def _member_row(member: Experiment, context: Context) -> list[str]:
+    found = context.results.get(member.name)
+    trials = [] if found is None else list(found.trials["state"])
+    done = sum(state in SCORED for state in trials)
+    return [
+        escape(member.name),
+        _file_digest(member.path),
+        code(member.digest[:16]),
+        str(len(trials)) if trials else "",
+        str(done) if trials else "",
+        seeds_text(member.seeds),
+    ]
+
+
+def _file_digest(path: Path) -> str:
+    return code(hashlib.sha256(path.read_bytes()).hexdigest()[:16])

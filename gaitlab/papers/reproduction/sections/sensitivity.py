@@ -1,0 +1,236 @@
+"""Whether an improvement is robust against what was assumed, from a designed sweep.
+
+At every point of a box of assumptions the plain variant and the one with everything switched on
+walk the same cells. The section says over which share of the box switching on helps, and which
+assumption its improvement hangs on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import isnan
+from typing import cast
+
+import numpy as np
+
+from gaitlab.experiment import Experiment, Quantity
+from gaitlab.papers.reproduction.figures.effect_dots import LEVEL, effect_dots
+from gaitlab.papers.reproduction.section import Context, Section, option
+from gaitlab.papers.reproduction.swept import Sides, Sweep, sweep_of
+from gaitlab.picture.figure_style import save
+from gaitlab.report.markdown import escape, image, table
+from gaitlab.report.provenance import seeds_text
+from gaitlab.report.results import Results
+from gaitlab.report.words import NOTHING, path_text, plural, share, surface_text, with_unit
+from gaitlab.statistics import (
+    Interval,
+    LinearEffect,
+    LinearEffects,
+    fewest_points,
+    linear_effects,
+    mean_difference_interval,
+    sign_shares,
+    signed_rank,
+    wilson,
+)
+
+OPTIONS = (
+    option(
+        "labels",
+        dict[str, str],
+        {},
+        "what swept paths are called, {surface.vertical_scale: blade stiffness}",
+    ),
+)
+UNIT = "change from the low to the high end of the range [percentage points]"
+IMPROVEMENT = "improvement"  # title of what switching on adds to the stable share
+HALF = 0.5  # of the box; a sign that holds in more of it is the rule there
+METHOD = """\
+A plane is fitted through the values of all points, so that each effect is that of one quantity with
+the others held; its interval is of a wild bootstrap, p of permutations, corrected (Holm) for the
+number of quantities. R² is the share of the scatter that the plane explains, in brackets less what
+a plane explains of mere noise: what is left is curvature, quantities that act together, and chance.
+Sobol' indices would need hundreds of points for each quantity."""
+WILSON = """\
+Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are
+spread more evenly than that, so that the intervals are rather too wide. The sign at a point is that
+of few walks and has chance in it, the mean over the box has less. A mean is told from none when its
+bootstrap interval excludes it and the signed-rank test over the points has p < 0.05."""
+
+
+def sensitivity_section(section: Section, context: Context) -> str:
+    """Signs, effects and their figure for each member that sweeps, as Markdown.
+
+    Raises:
+        UsageError: If a member has no design, or varies no switch beside it.
+    """
+    labels = cast(Mapping[str, str], section.options.get("labels", {}))
+    blocks = [
+        _member(context.experiments[name], labels, context)
+        if name in context.results
+        else f"No trial of {escape(name)} has been simulated yet."
+        for name in section.experiments
+    ]
+    return "\n\n".join(blocks)
+
+
+def _member(experiment: Experiment, labels: Mapping[str, str], context: Context) -> str:
+    results = context.results[experiment.name]
+    sweep = sweep_of(experiment, results)
+    if not len(sweep.places):
+        return f"No point of {escape(experiment.name)} has been simulated completely yet."
+    names = [_quantity(item, experiment, labels) for item in sweep.design.box]
+    return "\n\n".join(
+        [
+            _setting(sweep, experiment, results, names),
+            _signs(sweep),
+            *_effects(sweep, names, experiment, context),
+        ]
+    )
+
+
+def _rows(results: Results) -> str:
+    """What every point walks: `step length 0.02 m, 0.06 m`."""
+    values = ", ".join(escape(with_unit(results, results.rows, row)) for row in results.row_values)
+    return f"{path_text(results.rows)} {values}"
+
+
+def _setting(sweep: Sweep, experiment: Experiment, results: Results, names: Sequence[str]) -> str:
+    """What was walked at how many points."""
+    without, with_it = (f"*{escape(label)}*" for label in sweep.labels)
+    count = len(sweep.design.box)
+    edges = "of one assumed quantity" if count == 1 else f"of {count} assumed quantities"
+    text = (
+        f"{plural(len(sweep.places), 'point')} of a box {edges}; at each, "
+        f"{plural(sweep.walks, 'walk')} of {without} and as many of {with_it} on the same grounds, "
+        f"over {_rows(results)}, with the same seeds, {seeds_text(experiment.seeds)} at every "
+        "point: what is peculiar to them is in all points, and no interval below tells of it."
+    )
+    if sweep.left_out:
+        text += f" {plural(sweep.left_out, 'point')} with missing or failed walks left out."
+    return f"{text}{_beyond(sweep, experiment, names)}"
+
+
+def _beyond(sweep: Sweep, experiment: Experiment, names: Sequence[str]) -> str:
+    """What the experiment itself is set to outside of the box; empty if the box holds it."""
+    found = []
+    for item, name in zip(sweep.design.box, names, strict=True):
+        values = [float(value) for value in experiment.parts.base_values(item.range.path)]
+        outside = [v for v in values if not item.range.low <= v <= item.range.high]
+        if outside:
+            found.append(f"{escape(name)}: {', '.join(f'{value:.3g}' for value in outside)}")
+    told = "; ".join(found)
+    return f" **What is otherwise set lies outside of this box: {told}.**" if told else ""
+
+
+def _signs(sweep: Sweep) -> str:
+    """Where in the box switching on helps, overall and on each ground."""
+    rows = [_sign_row("all grounds", sweep.shares)] if len(sweep.by_ground) > 1 else []
+    rows += [_sign_row(surface_text(name), sides) for name, sides in sweep.by_ground.items()]
+    names = (f"mean of {escape(label)} [%]" for label in sweep.labels)
+    head = ["ground", "better at", "alike at", "worse at", *names, "mean improvement [points]"]
+    return f"{_verdict(sweep)}\n\n{table(head, rows, 'l')}\n\n{WILSON}"
+
+
+def _sign_row(name: str, sides: Sides) -> list[str]:
+    counts = (share(*count, wilson(*count)) for count in sign_shares(sides.improvement))
+    means = (f"{100.0 * np.mean(side):.0f}" for side in sides)
+    return [escape(name), *counts, *means, _improvement(sides.improvement)]
+
+
+def _improvement(improvement: np.ndarray) -> str:
+    bounds = mean_difference_interval(improvement)
+    return f"{100.0 * np.mean(improvement):+.0f} {_points(bounds)}"
+
+
+def _points(bounds: Interval) -> str:
+    """An interval of changes in percentage points; empty where nothing bounds them."""
+    return f"[{100.0 * bounds.low:+.0f}, {100.0 * bounds.high:+.0f}]" if bounds.high < 1e9 else ""
+
+
+def _verdict(sweep: Sweep) -> str:
+    """The sign in one sentence, no stronger than its intervals."""
+    improvement = sweep.shares.improvement
+    found, bounds = sign_shares(improvement), mean_difference_interval(improvement)
+    mean = (
+        f"On average over the box it changes the stable share by {_improvement(improvement)} points"
+    )
+    apart = (bounds.low > 0.0 or bounds.high < 0.0) and signed_rank(improvement) < LEVEL
+    told = "" if apart else ", which cannot be told from none"
+    words = zip(found, ("helps", "makes no difference", "harms"), strict=True)
+    rule = [word for count, word in words if wilson(*count).low > HALF]
+    what = f"adding *{escape(sweep.labels[1])}*"
+    if rule:
+        return f"**A{what[1:]} {rule[0]} in more than half of the box.** {mean}{told}."
+    return f"**Whether {what} helps in more than half of the box cannot be told.** {mean}{told}."
+
+
+def _effects(
+    sweep: Sweep, names: Sequence[str], experiment: Experiment, context: Context
+) -> list[str]:
+    """What the improvement and both shares hang on: a figure, a table and what can be told."""
+    needed = fewest_points(len(names))
+    if len(sweep.places) < needed:
+        return [
+            f"{plural(len(sweep.places), 'point')} cannot tell {len(names)} quantities apart; "
+            f"{needed} can."
+        ]
+    responses = (sweep.shares.improvement, *sweep.shares)
+    titles = (IMPROVEMENT, *sweep.labels)
+    fits = {t: linear_effects(sweep.places, y) for t, y in zip(titles, responses, strict=True)}
+    order = sorted(range(len(names)), key=lambda j: -abs(fits[IMPROVEMENT].effects[j].change))
+    file = f"sensitivity_{experiment.name}"
+    panels = {title: [fit.effects[j] for j in order] for title, fit in fits.items()}
+    labels = [names[j].replace(", ", "\n", 1) for j in order]
+    save(effect_dots(panels, labels, UNIT), context.folder, file)
+    told = " ".join(_told(title, fit, names) for title, fit in fits.items())
+    return [
+        told,
+        image("Effect of every quantity on the improvement and on both shares", f"{file}.png"),
+        _effect_table(fits, names, order),
+        METHOD,
+    ]
+
+
+def _told(title: str, fit: LinearEffects, names: Sequence[str]) -> str:
+    """The quantities that a response hangs on, named only where chance is no explanation."""
+    found = [
+        f"{name.partition(',')[0]} ({100.0 * effect.change:+.0f} points)"
+        for name, effect in zip(names, fit.effects, strict=True)
+        if effect.p_value < LEVEL
+    ]
+    subject = (
+        "The improvement" if title == IMPROVEMENT else f"The stable share of *{escape(title)}*"
+    )
+    if found:
+        return f"{subject} hangs on {', '.join(map(escape, found))}."
+    return f"{subject} hangs on none of them by more than chance would make it seem."
+
+
+def _effect_table(
+    fits: Mapping[str, LinearEffects], names: Sequence[str], order: Sequence[int]
+) -> str:
+    rows = [[escape(names[j]), *(_effect(f.effects[j]) for f in fits.values())] for j in order]
+    rows.append(["R² (adjusted)", *map(_explained, fits.values())])
+    head = ["quantity, low to high", *(f"{escape(title)} [points]" for title in fits)]
+    return table(head, rows, "l")
+
+
+def _explained(fit: LinearEffects) -> str:
+    return NOTHING if isnan(fit.r_squared) else f"{fit.r_squared:.2f} ({fit.adjusted:.2f})"
+
+
+def _effect(effect: LinearEffect) -> str:
+    chance = f"p = {effect.p_value:.2g}" if effect.p_value >= 1e-3 else "p < 0.001"
+    text = f"{100.0 * effect.change:+.0f} {_points(effect.interval)}, {chance}"
+    return f"**{text}**" if effect.p_value < LEVEL else text
+
+
+def _quantity(item: Quantity, experiment: Experiment, labels: Mapping[str, str]) -> str:
+    """Name, range and unit: `sole length, 0.106 to 0.144 m`."""
+    path = item.range.path
+    name = labels.get(path, path.partition(".")[2].replace(".", " ").replace("_", " "))
+    unit = experiment.parts.parameter(path).unit
+    return (
+        f"{name}, {item.range.low:.3g} to {item.range.high:.3g}{'' if unit == '-' else f' {unit}'}"
+    )

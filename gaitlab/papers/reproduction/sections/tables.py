@@ -1,0 +1,284 @@
+"""A paper's printed tables beside the simulated ones, cell by cell, and what agreement is worth.
+
+The agreement is counted apart for the cells that constants were chosen on and for those that were
+predicted, and set beside what guessing gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import cast
+
+from gaitlab.papers.reproduction.answers import (
+    Answer,
+    Calibrated,
+    Judged,
+    agreement,
+    always_stable,
+    answers,
+    best_constant,
+    forward_only,
+    judged,
+    out_of_reach,
+    require_known,
+    without_cells,
+)
+from gaitlab.papers.reproduction.efficiency import Simulated, claims
+from gaitlab.papers.reproduction.gaps import gaps_sentence
+from gaitlab.papers.reproduction.ground_order import NOWHERE, limits
+from gaitlab.papers.reproduction.headline import (
+    count_text,
+    efficiencies,
+    first_answers,
+    order_sentence,
+)
+from gaitlab.papers.reproduction.section import Context, Section, option
+from gaitlab.report.cells import DIRECTIONS, READINGS
+from gaitlab.report.markdown import escape, table
+from gaitlab.report.reference import STEP_LENGTH_OF_ONE
+from gaitlab.report.words import (
+    NOTHING,
+    interval,
+    letter,
+    percent,
+    plural,
+    surface_text,
+    verdict_text,
+)
+from gaitlab.statistics import Count
+
+OPTIONS = (
+    option(
+        "calibrated",
+        dict[str, dict[str, object] | tuple[dict[str, object], ...]],
+        {},
+        "cells that constants were chosen on, {eros_table7: {direction: forward, surfaces: [...], "
+        "distances: [...]}}; a list where one block does not hold them all",
+    ),
+)
+LEGEND = """\
+Each cell: what the paper prints (S stable, U unstable), what the simulation finds, and how many of
+its seeds stayed up; with at least half of them it is stable. **`≠` in bold where the two differ**;
+`†` marks a cell that constants were chosen on; *predicted* is a cell by whose outcome no constant
+was chosen. Steps out of reach count as not stable. A cell in which most seeds fall before their
+first step does not stand, which is no verdict and agrees with none. `?` marks what rests on a share
+whose 95 % interval holds one half."""
+GUESSES = """\
+*Always S* says stable of every cell. *Best constant* says of each ground and table whichever
+verdict the paper prints there more often, with the answer in hand: a count that is no higher shows
+no more than how often each ground is printed stable. Intervals are Wilson's, 95 %; cells of one
+ground hang together, so they are narrower than they should be."""
+STRICT = """\
+*Strict* counts a walk as stable only if it also covered half of the commanded distance; the paper
+asks for no fall alone."""
+BACKWARD = """\
+The backward blocks of the two tables are printed identical, and the percentages that the text
+states for Table 7 do not fit its own; the backward rows therefore say little about the simulation,
+and the forward rows are counted apart."""
+SEEDS = """\
+Intervals in this table are of the seeds alone, cells taken as independent: of what was assumed and
+of the choice of constants there is nothing in them."""
+LIMITS = "Longest printed distance up to which every forward row is stable."
+CLAIMS = """\
+The text states 32 → 80 %; counting the printed cells gives 50 → 80 %. With 0, 0, 0 and 2 stable
+backward rows in Table 7 the same counting gives the pedestals' stated 10, 10, 30 and 80 %, which
+suggests that its backward block was printed from Table 8; nothing in the paper proves it."""
+
+
+def tables_section(section: Section, context: Context) -> str:
+    """Matrices, agreement, order of the grounds and efficiency, as Markdown.
+
+    Raises:
+        WrongValue: If the option `calibrated` names what there is not.
+    """
+    calibrated = cast(Calibrated, section.options["calibrated"])
+    require_known(calibrated)
+    found = answers(context.results, section.experiments)
+    if not found:
+        return "No variant here answers to a printed table; an experiment says so by `compare:`."
+    cells = {id(answer): judged(answer, calibrated) for answer in found}
+    every = [(answer, cells[id(answer)]) for answer in found]
+    blocks = [
+        f"{LEGEND} The printed distance is read as {READINGS[found[0].results.reading]}.",
+        *(_matrix(answer, judgements, found) for answer, judgements in every),
+        _agreement(every),
+        gaps_sentence([cell for _, cells in every for cell in cells]),
+        _held_out(every),
+        _limits(every),
+        _efficiency(first_answers(found)),
+    ]
+    return "\n\n".join(block for block in blocks if block)
+
+
+Every = Sequence[tuple[Answer, Sequence[Judged]]]
+
+
+def _name(answer: Answer, found: Sequence[Answer]) -> str:
+    """The table, and the variant where several answer to it."""
+    several = sum(other.table is answer.table for other in found) > 1
+    tail = f"{answer.experiment}, {answer.label}" if several else answer.label
+    return f"{answer.table.title}, {escape(tail)}"
+
+
+def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) -> str:
+    grounds = _grounds(cells)
+    rows = list(dict.fromkeys((cell.place.direction, cell.place.distance) for cell in cells))
+    rows.sort(key=lambda row: DIRECTIONS.index(row[0]))
+    at = {cell.place: cell for cell in cells}
+    body = [
+        [
+            f"{direction} {distance}",
+            f"{_metres(answer, direction, distance):+.3g} m",
+            *(
+                next((_cell(at[p]) for p in at if p == (direction, distance, g)), NOTHING)
+                for g in grounds
+            ),
+        ]
+        for direction, distance in rows
+    ]
+    head = ["printed", "step length", *(f"{_pedestal(answer, g)}" for g in grounds)]
+    return f"### {_name(answer, found)}\n\n{table(head, body, 'lr')}"
+
+
+def _metres(answer: Answer, direction: str, distance: int) -> float:
+    step = distance * STEP_LENGTH_OF_ONE[answer.results.reading]
+    return -step if direction == "backward" else step
+
+
+def _pedestal(answer: Answer, ground: str) -> str:
+    number = list(answer.table.stated).index(ground) + 1
+    return f"{number}: {escape(surface_text(ground))}"
+
+
+def _grounds(cells: Sequence[Judged]) -> list[str]:
+    return list(dict.fromkeys(cell.place.surface for cell in cells))
+
+
+def _cell(cell: Judged) -> str:
+    """Printed verdict, ours, and seeds that stayed up."""
+    ours = verdict_text(cell.ours)
+    reach = "" if cell.ours.feasible else " out of reach"
+    sign = "=" if cell.agrees() else "≠"
+    text = f"{letter(cell.printed)} {sign} {ours} {cell.ours.count()}/{cell.ours.n}{reach}"
+    text = text if cell.agrees() else f"**{text}**"
+    return text + (" †" if cell.calibrated else "")
+
+
+def _agreement(every: Every) -> str:
+    """Cells as printed by direction and ground."""
+    grounds = list(dict.fromkeys(g for _, cells in every for g in _grounds(cells)))
+    rows = []
+    found = [answer for answer, _ in every]
+    for answer, cells in every:
+        for direction in (*DIRECTIONS, "all"):
+            chosen = [c for c in cells if direction in ("all", c.place.direction)]
+            if chosen:
+                name = f"{_name(answer, found)}, {direction}"
+                counts = agreement(chosen), agreement(chosen, "stable_strict")
+                texts = [count_text(counts[0]), _short(counts[1])]
+                rows.append([name, *_by_ground(chosen, grounds), *texts])
+    titles = (escape(surface_text(ground)) for ground in grounds)
+    head = ["cells as printed", *titles, "all grounds [95 %]", "strict"]
+    return f"### Agreement\n\n{table(head, rows, 'l')}\n\n{STRICT} {BACKWARD}"
+
+
+def _by_ground(cells: Sequence[Judged], grounds: Sequence[str]) -> list[str]:
+    chosen = ([c for c in cells if c.place.surface == ground] for ground in grounds)
+    return [_short(agreement(group)) if group else NOTHING for group in chosen]
+
+
+def _short(count: Count) -> str:
+    return f"{count.successes}/{count.n}"
+
+
+KINDS: tuple[tuple[str, Callable[[Judged], bool]], ...] = (
+    ("calibrated on", lambda cell: cell.calibrated),
+    ("predicted, forward", lambda c: not c.calibrated and c.place.direction == "forward"),
+    ("predicted, backward", lambda c: not c.calibrated and c.place.direction == "backward"),
+    ("predicted, all", lambda cell: not cell.calibrated),
+)
+
+
+def _held_out(every: Every) -> str:
+    """Agreement of calibrated and predicted cells beside what guessing gives."""
+    rows = []
+    found = [answer for answer, _ in every]
+    for answer, cells in every:
+        for kind, wanted in KINDS:
+            chosen = [cell for cell in cells if wanted(cell)]
+            if chosen:
+                counts = (always_stable(chosen), best_constant(chosen))
+                texts = [count_text(agreement(chosen)), *map(_short, counts)]
+                rows.append([f"{_name(answer, found)}: {kind}", *texts])
+    head = ["cells", "as printed [95 %]", "always S", "best constant a ground"]
+    return (
+        f"### What was predicted, and what guessing gives\n\n{table(head, rows, 'l')}\n\n{GUESSES}"
+    )
+
+
+def _limits(every: Every) -> str:
+    """Longest stable forward step of each ground."""
+    rows = []
+    grounds = list(dict.fromkeys(g for _, cells in every for g in _grounds(cells)))
+    found = [answer for answer, _ in every]
+    for answer, cells in every:
+        both = limits(cells)
+        sides = ((f"{answer.table.title}, the paper", both.paper),
+                 (f"{_name(answer, found)}, simulated", both.ours))  # fmt: skip
+        for name, side in sides:
+            rows.append([name, *(_distance(side.get(ground)) for ground in grounds)])
+    unique = list(dict.fromkeys(map(tuple, rows)))
+    head = ["printed distance", *(escape(surface_text(ground)) for ground in grounds)]
+    told = "\n".join(
+        f"- {text}" for answer, cells in every if (text := order_sentence(answer, cells))
+    )
+    blocks = ["### Order of the pedestals", LIMITS, table(head, unique, "l"), told]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _distance(value: int | None) -> str:
+    return NOTHING if value is None else "none" if value == NOWHERE else f"{value}"
+
+
+def _efficiency(first: Sequence[Answer]) -> str:
+    """The paper's percentages under every way of counting, and ours with their intervals."""
+    if len(first) < 2:
+        return ""
+    ours = efficiencies(first[0], first[1])
+    paper = [
+        [
+            f"paper, {c.name}",
+            f"{c.without:.3g} %",
+            f"{c.with_:.3g} %",
+            f"{c.with_ - c.without:+.3g}",
+        ]
+        for c in claims()
+    ]
+    rows = [*paper, _simulated_row("simulated, all rows", ours)]
+    forward = [forward_only(answer) for answer in first]
+    if all(
+        len(a.results.trials) < len(b.results.trials) for a, b in zip(forward, first, strict=True)
+    ):
+        rows.append(_simulated_row("simulated, forward rows", efficiencies(forward[0], forward[1])))
+    if left_out := out_of_reach(first):
+        within = [without_cells(answer, left_out) for answer in first]
+        rows.append(_simulated_row("simulated, within reach", efficiencies(within[0], within[1])))
+    head = ["efficiency", "without [95 %]", "with [95 %]", "gain, points [95 %]"]
+    pairs = "drawn in pairs of equal cell and seed" if ours.paired else "without common seeds"
+    reach = (
+        f"{plural(len(left_out), 'cell')} of each table out of reach for one of the two gaits: not "
+        "stable in *all rows*, left out of *within reach*"
+        if left_out
+        else "No cell is out of reach, so that none is counted as not stable for that"
+    )
+    note = f"{CLAIMS} The interval of the gain is {pairs}. {SEEDS} {reach}."
+    return f"### Efficiency\n\n{table(head, rows, 'l')}\n\n{note}"
+
+
+def _simulated_row(name: str, found: Simulated) -> list[str]:
+    return [
+        f"**{name}**",
+        f"{percent(found.without)} {interval(found.without_interval)}",
+        f"{percent(found.with_)} {interval(found.with_interval)}",
+        f"{found.gain:+.0f} {interval(found.gain_interval)}",
+    ]

@@ -1,0 +1,325 @@
+"""Sections on results made by hand: every number on the page is one that can be counted."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from gaitlab.errors import UsageError, WrongValue
+from gaitlab.papers.reproduction.answers import answers
+from gaitlab.papers.reproduction.headline import headline
+from gaitlab.papers.reproduction.sections.pitch import pitch_section, published_settings
+from gaitlab.papers.reproduction.sections.tables import tables_section
+from gaitlab.papers.reproduction.sections.variants import variants_section
+from gaitlab.papers.reproduction.together import shown_variants, together
+from gaitlab.report.results import Results
+from gaitlab.report.variants import Variant
+from tests.papers.reproduction.printed import context, printed_results, printed_trials, section
+from tests.report.builder import results_of, toy_trials, trial
+
+CALIBRATED = {
+    "eros_table7": {"direction": "forward"},
+    "eros_table8": {"direction": "forward", "surfaces": ("carpet_4mm", "grass_30mm")},
+}
+BOTH = "heel strike + landing deceleration"
+
+
+def cells(text: str, start: str) -> list[str]:
+    """Cells of the first row of any table that starts so."""
+    row = next(line for line in text.splitlines() if line.startswith(f"| {start} "))
+    return [cell.strip() for cell in row.strip("|").split("|")]
+
+
+def one_cell_off(table, place, stable, seed) -> bool:
+    """Table 8 but for one forward cell, that of 16 cm on 50 mm grass."""
+    off = table == "eros_table8" and place == ("forward", 16, "grass_50mm")
+    return not stable if off else stable
+
+
+def test_the_headline_is_three_lines_that_count_predicted_cells_apart() -> None:
+    found = answers({"a": printed_results(one_cell_off, seeds=40)}, ["a"])
+    before, after, gain = headline(found, CALIBRATED).splitlines()
+    assert before.startswith("- **Table 7**, without optimisation: ")
+    assert after.startswith("- **Table 8**, with optimisation: ")
+    assert "**28 of 28** forward cells as printed (constants were chosen on them)" in before
+    assert "**12 of 12** backward cells (predicted; calling each of them stable gives 9)" in before
+    assert before.endswith(
+        "5 of 5 pairs of pedestals in the paper's order (constants were chosen "
+        "on all of the forward cells)."
+    )
+    assert "order (constants were chosen on some of the forward cells)." in after
+    assert "**27 of 28** forward cells as printed, **13 of the 14 predicted** ones, all on" in after
+    assert "grass 50 mm and grass 10 mm (calling each of them stable gives 11)" in after
+    assert "50 % [50–50] → 78 % [78–78], a gain of **+28 points** [28–28]" in gain
+    assert (
+        "chosen on 42 of the 80 cells; its interval, of the seeds alone (40 a cell), excl" in gain
+    )
+    assert "+48 as stated (32 → 80 %), +30 as its tables count (50 → 80 %)" in gain
+
+
+def test_the_headline_claims_no_gain_where_both_gaits_do_the_same() -> None:
+    found = answers({"a": printed_results(lambda table, place, stable, seed: seed % 2)}, ["a"])
+    assert "of the seeds alone (4 a cell), holds zero" in headline(found, {})
+
+
+def test_the_headline_says_over_how_many_cells_if_not_all_are_there() -> None:
+    whole = printed_results()
+    part = replace(whole, trials=whole.trials[whole.trials["surface"] == "carpet_4mm"])
+    assert "over 10 of the 40 printed cells" in headline(answers({"a": part}, ["a"]), {})
+
+
+def test_the_sure_gaps_are_named_and_others_left_to_more_seeds(tmp_path: Path) -> None:
+    def outcome(table, place, stable, seed):
+        if table == "eros_table8" and place == ("forward", 16, "grass_50mm"):
+            return False  # never, where S is printed
+        near = place == ("forward", 20, "grass_10mm") and table == "eros_table7"
+        return seed % 2 == 0 if near else stable  # half, where U is printed
+
+    whole = {"a": printed_results(outcome, seeds=8)}
+    text = tables_section(section("tables", "a"), context(whole, tmp_path))
+    assert "2 of 80 cells differ from what is printed, 1 of them with an interval" in text
+    assert "Table 8 forward 16 on grass 50 mm, printed S, 0 of 8 stayed up." in text
+    assert "Table 7 forward 20 on grass 10 mm" not in text
+
+
+def out_of_reach(trials: list[dict[str, object]], row: float) -> list[dict[str, object]]:
+    """The same with one row that no leg reaches."""
+    none = {"state": "INFEASIBLE", "stable": None, "stable_strict": None, "fell": None}
+    return [{**t, **none} if t["gait.step_length"] == row else t for t in trials]
+
+
+def test_cells_out_of_reach_are_counted_as_unstable_and_left_out_beside_it(tmp_path: Path) -> None:
+    whole = {"a": results_of(out_of_reach(printed_trials(), 0.12))}
+    text = tables_section(section("tables", "a"), context(whole, tmp_path))
+    assert "S = U" not in text
+    assert cells(text, "forward 24")[5] == "U = U 0/4 out of reach"
+    assert "4 cells of each table out of reach" in text
+    assert [cell[:4] for cell in cells(text, "**simulated, all rows**")[1:3]] == ["50 %", "78 %"]
+    assert [cell[:4] for cell in cells(text, "**simulated, within reach**")[1:3]] == [
+        "56 %",
+        "86 %",
+    ]
+    at_hand = tables_section(section("tables", "a"), context({"a": printed_results()}, tmp_path))
+    assert "No cell is out of reach" in at_hand
+
+
+def test_variants_say_what_was_out_of_their_reach(tmp_path: Path) -> None:
+    whole = {"a": results_of(out_of_reach(printed_trials(), 0.12))}
+    text = variants_section(section("variants", "a"), context(whole, tmp_path))
+    assert "*plain* 4 of 40 cells (efficiency without them 56 %" in text
+    at_hand = variants_section(
+        section("variants", "a"), context({"a": printed_results()}, tmp_path)
+    )
+    assert "out of the legs' reach" not in at_hand
+
+
+def test_variants_on_fewer_grounds_are_summed_over_those_that_all_have(tmp_path: Path) -> None:
+    soft = [row for row in printed_trials() if row["surface"] in ("grass_50mm", "grass_30mm")]
+    whole = {"a": printed_results(), "b": results_of(soft)}
+    text = variants_section(section("variants", "a", "b"), context(whole, tmp_path))
+    assert "are over the grounds of all: grass 50 mm, grass 30 mm." in text
+    for label in ("a: plain", "b: plain"):
+        row = cells(text, label)
+        assert row[5].startswith("24/80 ")
+        assert row[6].startswith("30 %")
+    assert cells(text, "a: plain")[4].startswith("36/40 ")  # the carpet is there, not in the sum
+    agreed = text.partition("| cells as printed")[2]
+    assert cells(agreed, "a: plain")[4:] == ["40/40, 100 % [91–100]", "20/20, 100 % [84–100]"]
+    alone = variants_section(section("variants", "a"), context({"a": whole["a"]}, tmp_path))
+    assert "grounds of all" not in alone
+
+
+def test_variants_without_a_common_ground_keep_their_own_sums(tmp_path: Path) -> None:
+    halves = [
+        [row for row in printed_trials() if ("carpet" in str(row["surface"])) == hard]
+        for hard in (True, False)
+    ]
+    whole = {name: results_of(rows) for name, rows in zip("ab", halves, strict=True)}
+    text = variants_section(section("variants", "a", "b"), context(whole, tmp_path))
+    assert "No ground is shared by all" in text
+    assert cells(text, "a: plain")[5].startswith("36/40 ")
+
+
+def test_the_only_variant_of_a_member_is_called_by_the_member(tmp_path: Path) -> None:
+    heels = [row for row in toy_trials() if row["gait.heel_strike"] == "add"]
+    only = replace(results_of(heels), variants=(Variant(label="plain"),))
+    only = replace(only, trials=only.trials.assign(variant="plain"))
+    whole = {"toy": results_of(toy_trials()), "heels": only}
+    labels = [one.label for one in shown_variants(whole, ["toy", "heels"], {})]
+    assert labels == ["plain", BOTH, "heels"]
+
+
+def test_a_cell_that_differs_is_marked_without_colour(tmp_path: Path) -> None:
+    given = section("tables", "a", calibrated=CALIBRATED)
+    text = tables_section(given, context({"a": printed_results(one_cell_off)}, tmp_path))
+    _, after = (part for part in text.split("### Table ")[1:3])
+    assert cells(after, "forward 16")[2:] == [
+        "**S ≠ U 0/4**",
+        "S = S 4/4 †",
+        "S = S 4/4",
+        "S = S 4/4 †",
+    ]
+    assert text.count("≠") == 2  # the cell and the legend
+    assert cells(after, "backward 24")[2:] == ["U = U 0/4"] * 3 + ["S = S 4/4"]
+
+
+def test_predicted_cells_stand_beside_what_guessing_gives(tmp_path: Path) -> None:
+    given = section("tables", "a", calibrated=CALIBRATED)
+    text = tables_section(given, context({"a": printed_results(one_cell_off)}, tmp_path))
+    kinds = ("calibrated on", "predicted, forward", "predicted, backward", "predicted, all")
+    rows = [cells(text, f"Table 8, {BOTH}: {kind}")[1:] for kind in kinds]
+    assert [row[0].partition(",")[0] for row in rows] == ["14/14", "13/14", "12/12", "25/26"]
+    assert [row[1:] for row in rows] == [[n, n] for n in ("12/14", "11/14", "9/12", "20/26")]
+
+
+def test_the_papers_efficiencies_stand_beside_ours(tmp_path: Path) -> None:
+    text = tables_section(section("tables", "a"), context({"a": printed_results()}, tmp_path))
+    assert cells(text, "paper, stated in the text")[1:] == ["32 %", "80 %", "+48"]
+    assert cells(text, "**simulated, all rows**")[1].startswith("50 %")
+    assert cells(text, "**simulated, forward rows**")[2].startswith("82 %")
+    assert cells(text, "Table 7, the paper")[1:] == ["0", "0", "8", "20"]
+
+
+def test_tables_without_an_answer_to_a_printed_table_say_so(tmp_path: Path) -> None:
+    alone = {"gait.landing_deceleration": "none"}
+    trials = [{**row, **alone} for row in toy_trials() if row["gait.heel_strike"] == "add"]
+    results = results_of(trials, compare=False)
+    assert "compare:" in tables_section(section("tables", "a"), context({"a": results}, tmp_path))
+
+
+@pytest.fixture
+def toys() -> dict[str, Results]:
+    """Two members; in the second everything stands on every ground."""
+    first = results_of(toy_trials())
+    stands = [{**row, "experiment": "other", "stable": True, "fell": False} for row in toy_trials()]
+    return {"toy": first, "other": results_of(stands)}
+
+
+def test_variants_are_set_against_the_base_of_their_own_member(toys, tmp_path: Path) -> None:
+    given = section("variants", "toy", "other", base="plain", labels={"other": "elsewhere"})
+    text = variants_section(given, context(toys, tmp_path))
+    against = text.partition("| against")[2]
+    assert cells(against, f"toy: {BOTH}")[1] == "toy: plain"
+    assert cells(against, f"elsewhere: {BOTH}")[1] == "elsewhere: plain"
+    assert cells(against, "elsewhere: plain")[1] == "toy: plain"
+    assert len(re.findall(r"^\| toy: plain ", against.partition("\n\n")[0], re.MULTILINE)) == 0
+
+
+def test_counts_and_differences_of_variants_can_be_counted(toys, tmp_path: Path) -> None:
+    text = variants_section(section("variants", "toy"), context(toys, tmp_path))
+    trials = toys["toy"].trials
+    counts = trials.groupby("variant")["stable"].agg(["sum", "size"])
+    for label in ("plain", BOTH):
+        up, n = counts.loc[label]
+        assert cells(text, label)[5].startswith(f"{up}/{n} [")
+    gain = 100 * (counts.loc[BOTH, "sum"] - counts.loc["plain", "sum"]) / 64
+    line = cells(text.partition("| against")[2], BOTH)
+    assert line[2].startswith(f"{gain:+.0f} [")
+    assert line[2].endswith("**better**")
+    assert line[-1] == "64"
+
+
+def test_another_base_can_be_named_for_one_variant(toys, tmp_path: Path) -> None:
+    names = {"other/plain": f"toy/{BOTH}"}
+    given = section("variants", "toy", "other", base="plain", against=names)
+    text = variants_section(given, context(toys, tmp_path)).partition("| against")[2]
+    assert cells(text, "other: plain")[1] == f"toy: {BOTH}"
+
+
+def test_a_variant_can_be_left_out(toys, tmp_path: Path) -> None:
+    given = section("variants", "toy", leave_out=(BOTH,))
+    assert BOTH not in variants_section(given, context(toys, tmp_path))
+
+
+@pytest.mark.parametrize("name", ["labels", "base", "against", "leave_out"])
+def test_a_name_that_no_variant_has_is_refused_with_those_there_are(toys, tmp_path, name) -> None:
+    value = {"base": "plane", "leave_out": ("plane",)}.get(name, {"plane": "plain"})
+    given = section("variants", "toy", **{name: value})
+    with pytest.raises(WrongValue, match=r"'plane'.*plain"):
+        variants_section(given, context(toys, tmp_path))
+
+
+def test_a_name_of_a_member_that_was_not_run_is_no_mistake(toys, tmp_path: Path) -> None:
+    whole = context(toys, tmp_path)
+    part = replace(whole, results={"toy": toys["toy"]})
+    given = section("variants", "toy", labels={"other": "x"}, against={"other/plain": "plain"})
+    assert "plain" in variants_section(given, part)
+
+
+def test_variants_share_their_rows_or_keep_their_own() -> None:
+    results = results_of(toy_trials())
+    part = replace(results, trials=results.trials[results.trials["gait.step_length"] == 0.04])
+    shown = shown_variants({"a": results, "b": part}, ["a", "b"], {})
+    assert together(shown).row_values == results.row_values
+    assert len({one.label for one in shown}) == 4
+
+
+def test_readings_of_a_distance_meet_at_the_printed_one() -> None:
+    travel = results_of(toy_trials())  # 0, 4, 8 cm of step length are 0, 8, 16 printed
+    rows = [{**row, "gait.step_length": row["gait.step_length"] / 5} for row in toy_trials()]
+    millimetres = replace(results_of(rows), reading="mm")
+    whole = together(shown_variants({"a": travel, "b": millimetres}, ["a", "b"], {}))
+    assert whole.row_values == (0.0, 8.0, 16.0, -8.0)
+    assert whole.trials.groupby("printed distance").size().to_list() == [64] * 4
+
+
+def test_members_with_other_rows_share_no_section(toys, tmp_path: Path) -> None:
+    toys["other"] = replace(toys["other"], rows="surface", columns="gait.step_length")
+    with pytest.raises(UsageError, match=r"toy has rows 'gait\.step_length' and other"):
+        variants_section(section("variants", "toy", "other"), context(toys, tmp_path))
+
+
+def test_a_figure_goes_beside_the_page(toys, tmp_path: Path) -> None:
+    given = section("variants", "toy", figure="apart")
+    text = variants_section(given, context(toys, tmp_path))
+    assert "(apart.png)" in text
+    assert (tmp_path / "apart.png").stat().st_size > 1000
+
+
+def test_the_papers_settings_are_its_three_experiments() -> None:
+    found = published_settings()
+    assert [setting[False].amplitude for setting in found.values()] == [19, 22, 21]
+    assert [setting[True].amplitude for setting in found.values()] == [6, 8, 7]
+    assert [setting[False].x for setting in found.values()] == [8, 16, 24]
+    assert all(setting[False].fell and not setting[True].fell for setting in found.values())
+
+
+def walks(step: float, sway: float, degrees: tuple[float, ...]) -> list[dict[str, object]]:
+    return [
+        trial(step, "grass_50mm", heel, seed, up=heel == "add")
+        | {
+            "gait.lateral_sway": sway,
+            "pitch_amplitude": value * 3.141592653589793 / 180,
+            "pitch_settled": seed > 0,
+            "distance_before_fall": 0.1 * value,
+        }
+        for heel in ("none", "add")
+        for seed, value in enumerate(degrees)
+    ]
+
+
+def test_walks_meet_the_setting_with_their_step_and_sway_in_every_reading(tmp_path: Path) -> None:
+    trials = walks(0.04, 0.045, (1.0, 2.0, 3.0)) + walks(0.016, 0.035, (4.0, 4.0, 4.0))
+    trials += walks(0.08, 0.045, (9.0,))  # in cm this is the step of experiment 1: X = 8, Y = 45
+    text = pitch_section(section("pitch", "a"), context({"a": results_of(trials)}, tmp_path))
+    rows = [[c.strip() for c in line.strip("|").split("|")] for line in text.splitlines()
+            if line.startswith("| Fig ")]  # fmt: skip
+    assert [row[:3] for row in rows if row[2] == "plain"] == [
+        ["Fig 24, X = 8, Y = 45", "foot travel in cm", "plain"],
+        ["Fig 24, X = 8, Y = 45", "step length in cm", "plain"],
+        ["Fig 26, X = 16, Y = 35", "step length in mm", "plain"],
+    ]
+    assert rows[0][3:5] == ["±19°", "2.0° [1.5, 2.5], n = 3, 1 short"]
+    assert rows[0][5:7] == ["falls", "3/3, 100 % [44–100]"]
+    assert rows[0][8].startswith("0.20 m [0.15, 0.25], n = 3, of ")
+    assert rows[1][3:7:2] == ["±6°", "no fall"]
+    assert rows[1][6].startswith("0/3, 0 %")
+
+
+def test_pitch_of_walks_that_answer_to_no_setting_is_not_shown(tmp_path: Path) -> None:
+    results = results_of(walks(0.05, 0.045, (1.0,)))
+    text = pitch_section(section("pitch", "a"), context({"a": results}, tmp_path))
+    assert not re.search("Fig", text)

@@ -1,0 +1,176 @@
+"""The audit of the NAO study: its own numbers, and that it says what has not been simulated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitlab.experiment import load_experiment
+from gaitlab.gaits.nao import Gait
+from gaitlab.papers._nao_errata import errata, lateral_arm_error, printed_foot, printed_hip_pitch
+from gaitlab.papers._nao_errata import standing as standing_leg
+from gaitlab.papers._nao_sweeps import PERIOD, Setting, criterion, sweeps, table, verdict
+from gaitlab.papers._planned_zmp import planned_zmp
+from gaitlab.papers.nao import audit, fifteen, final_gait, paper_leg
+from gaitlab.papers.page import markdown
+from gaitlab.plan import plan
+from gaitlab.robots.nao import Robot
+from gaitlab.run import run_trial
+from gaitlab.store import Store
+
+GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "nao.json").read_text())
+SHIPPED = Path(__file__).parents[2] / "experiments"
+
+
+def setting(value: float, fluctuation: float, *, fell: int = 0, spread: float = 0.1) -> Setting:
+    """Ten seeds whose load fluctuates about a value; the first ones fell."""
+    trials: dict[int, Mapping[str, object]] = {
+        seed: {
+            "trial_id": f"{value}-{seed}",
+            "fell": seed < fell,
+            "stable_strict": seed >= fell,
+            "load_index_fluctuation": fluctuation + spread * (seed % 3 - 1),
+            "load_index_crossings": 1.0,
+            "zmp_normalised_outside": 0.05 * (seed % 2),
+            "zmp_inside_share": 0.5,
+            "roll_amplitude": 0.03,
+        }
+        for seed in range(10)
+    }
+    return Setting(value=value, trials=trials)
+
+
+@pytest.mark.parametrize("row", GOLDEN["planned_multibody_zmp"]["rows"])
+def test_planned_zmp_equals_the_reference(row: dict[str, float]) -> None:
+    found = planned_zmp(Robot(), Gait(gait_period=2.0 * row["T"]))
+    expected = [row[k] for k in ("max_y_zmp", "min_x_zmp_rel_stance", "max_x_zmp_rel_stance")]
+    np.testing.assert_allclose(found[:3], expected, atol=2e-4)
+    assert found.com_out == pytest.approx(row["max_com_y"], abs=1e-5)
+
+
+def test_a_slower_walk_keeps_its_planned_zmp_farther_in() -> None:
+    out = [planned_zmp(Robot(), Gait(gait_period=period)).furthest_out for period in (1, 2, 4, 8)]
+    assert out == sorted(out, reverse=True)
+    slowest = planned_zmp(Robot(), Gait(gait_period=19.0))
+    assert slowest.furthest_out == pytest.approx(slowest.com_out, abs=1e-3)  # a statics limit
+
+
+def test_the_printed_window_sends_the_foot_under_ground_and_its_flip_sends_it_backwards() -> None:
+    t = 1.0 + np.linspace(0.0, 1.0, 101)
+    assert printed_foot(0.1, 0.028, t, -1.0)[:, 1].min() == pytest.approx(-0.028)
+    flipped = printed_foot(0.1, 0.028, t, 1.0)
+    assert flipped[:, 1].min() > -1e-12
+    assert flipped[-1, 0] - flipped[0, 0] == pytest.approx(-0.1)
+
+
+def test_neither_print_nor_half_a_correction_gives_the_hip_pitch() -> None:
+    angles = standing_leg(0.2, 0.018)
+    assert np.degrees(angles.hip_pitch) == pytest.approx(-24.49, abs=0.01)
+    assert np.degrees(printed_hip_pitch(angles, "acos")) == pytest.approx(0.0, abs=1e-9)
+    assert np.degrees(printed_hip_pitch(angles, "asin")) == pytest.approx(-16.5, abs=0.02)
+
+
+def test_one_lateral_arm_is_wrong_by_half_of_what_the_sensors_differ() -> None:
+    assert lateral_arm_error(Robot()) == pytest.approx((0.0231 - 0.0191) / 2.0, abs=1e-6)
+
+
+def test_the_final_gait_is_the_gait_s_own_default_but_for_the_period() -> None:
+    found, default = final_gait(), Gait()
+    for name in ("step_length", "step_height", "lateral_sway", "hip_height"):
+        assert getattr(found, name) == pytest.approx(getattr(default, name), abs=1e-12)
+    assert len(list(fifteen(Robot()))) == 15
+    assert paper_leg() == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("sweep", [*sweeps(), PERIOD], ids=lambda sweep: sweep.experiment)
+def test_the_shipped_experiment_walks_every_setting_of_the_paper_s_table(sweep) -> None:
+    experiment = load_experiment(SHIPPED / f"{sweep.experiment}.yaml")
+    assert len(experiment.seeds) == 10
+    cells = [{sweep.path: cell.values[sweep.path]} for cell in plan(experiment).cells()]
+    walked = {sweep.value_of(cell) for cell in cells}
+    if sweep.table:
+        assert walked == set(sweep.values([]))
+        assert sweep.chosen in walked
+    else:
+        assert len(walked) == len(cells) >= 5
+
+
+def test_a_choice_that_fluctuates_least_and_always_walks_is_supported() -> None:
+    sweep = sweeps()[0]
+    found = [setting(value, 0.5 if value == sweep.chosen else 1.0) for value in sweep.values([])]
+    text = verdict(sweep, found)
+    assert text.startswith("**h = 18 mm: supported.**")
+    assert "less than 4 and more than 0" in text
+
+
+@pytest.mark.parametrize(
+    ("fluctuation", "fell"), [(1.0, 0), (1.5, 0), (0.5, 4)], ids=["alike", "more", "falls"]
+)
+def test_a_choice_that_is_no_better_or_falls_more_is_not_supported(
+    fluctuation: float, fell: int
+) -> None:
+    sweep = sweeps()[1]
+    found = [
+        setting(value, fluctuation, fell=fell) if value == sweep.chosen else setting(value, 1.0)
+        for value in sweep.values([])
+    ]
+    assert verdict(sweep, found).startswith("**F = 55 mm: not supported.**")
+
+
+def test_the_criterion_is_counted_over_trials_once_each() -> None:
+    same = setting(18.0, 1.0, fell=2)
+    text = criterion([same, same])
+    assert "of the 8 trials that stay up" in text
+    assert "the 2 that fall" in text
+    assert criterion([setting(18.0, 1.0)]) == ""  # nothing fell, so nothing is told apart
+
+
+def test_a_table_shows_a_row_a_setting_with_its_interval() -> None:
+    sweep = sweeps()[2]
+    shown = table(sweep, [setting(value, 1.0, fell=1) for value in sweep.values([])])
+    assert [row[0].split()[0] for row in shown.rows] == ["80", "90", "100", "110", "120"]
+    assert shown.rows[0][1:3] == ["9 of 10", "60 to 98 %"]
+    assert all(len(row) == len(shown.header) for row in shown.rows)
+
+
+def test_without_a_store_the_page_says_what_to_run_and_still_shows_all_that_is_computed(
+    tmp_path: Path,
+) -> None:
+    page = audit(tmp_path / "none")
+    text = markdown(page)
+    for name in ("nao_bending_height", "nao_frontal_shift", "nao_step_length", "nao_period"):
+        assert f"`gaitlab run {name}`" in text
+    assert page.pictures == []
+    assert "28 mm under ground" in text
+    assert "| 1 | 60 | 40 | -19 | 45 |" in text
+
+
+def test_every_erratum_says_how_much_it_matters() -> None:
+    found = list(errata(final_gait(), Robot(), paper_leg(), 0.018))
+    assert len(found) == 13
+    assert all(one.where and one.printed and one.correct and one.effect for one in found)
+
+
+@pytest.mark.long
+def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
+    """Five settings are really walked, one seed and one cycle each."""
+    tiny = ["horizon.cycles=1.0"]
+    short = load_experiment(SHIPPED / "nao_frontal_shift.yaml", settings=tiny, seeds=1)
+    experiment = replace(short, form="")  # as if the file itself said so
+    store, planned = Store(tmp_path / "store"), list(plan(experiment).trials())
+    store.register(experiment, planned)
+    for item in planned:
+        run_trial(item.trial.id, item.trial.to_dict(), store.path)
+    page = audit(store.path)
+    shown = next(one for one in page.tables if one.title.startswith("Table 4"))
+    assert [row[0].split()[0] for row in shown.rows] == ["59", "57", "55", "53", "51"]
+    assert all(row[1].endswith("of 1") for row in shown.rows)
+    assert [picture.name for picture in page.pictures] == ["chart_3", "chart_4"]
+    for picture in page.pictures:
+        picture.draw(tmp_path, picture.name)
+        assert (tmp_path / f"{picture.name}.svg").read_text().count("<path") > 20
