@@ -14,8 +14,7 @@ from gaitlab.plan import plan
 from gaitlab.regression.baseline import NEW, Baseline, Walk
 from gaitlab.regression.falls import Falls, falls
 from gaitlab.regression.matching import Matched, matched
-from gaitlab.regression.noticing import COARSEST, noticed, too_few
-from gaitlab.regression.quantities import Quantity, tested
+from gaitlab.regression.quantities import COARSEST, Quantity, noticed, tested, too_few
 from gaitlab.store import listed
 from gaitlab.trial import PHYSICS_VERSION
 
@@ -165,7 +164,7 @@ def compared(before: Baseline, tonight: Baseline) -> Outcome:
     if outcome.worse or outcome.quantities[0].detectable <= COARSEST:
         return outcome
     reason = too_few(
-        [cell.before for cell in runs.cells], min(runs.seed_counts("stable")), paired=runs.paired
+        [cell.before for cell in runs.cells], outcome.quantities[0].seeds, paired=runs.paired
     )
     unknown = [
         replace(q, finding="undecided") if q.finding == "as before" else q

@@ -1,28 +1,25 @@
-"""The tests of the gate: each asks whether one quantity got worse.
+"""The tests of the gate: whether a quantity got worse, and what such a test would notice.
 
 Seeds are the independent units: what a seed draws, it draws in every cell.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, nan
+from math import inf, sqrt
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from gaitlab.metrics import better
-from gaitlab.regression.baseline import METRICS
+from gaitlab.regression.baseline import METRICS, Walk
 from gaitlab.regression.matching import Matched
-from gaitlab.statistics import (
-    Alternative,
-    clustered_rank_sum,
-    holm,
-    sign_flip,
-    stratified_difference,
-)
+from gaitlab.statistics import Runs, detectable_drop, detectable_shift, holm
 
 FALSE_ALARMS = 0.01  # of nights without any change; all tests of a night together
+COARSEST = 0.5  # drop of the stable share; a gate that misses a larger one is none
+MOST_SEEDS = 500  # a cell; nobody walks more
 Finding: TypeAlias = Literal["worse", "better", "as before", "undecided"]
 
 
@@ -63,9 +60,9 @@ class Quantity:
 def tested(runs: Matched) -> list[Quantity]:
     """Every test of the gate with its finding; stability first, over all and on each ground."""
     grounds = runs.surfaces if len(runs.surfaces) > 1 else []
-    parts = [("", runs), *((name, runs.on(name)) for name in grounds)]
-    found = [_stability(part, name) for name, part in parts]
-    found += [quantity for name in METRICS if (quantity := _metric(runs, name)).n]
+    asked = [("stable", name) for name in ("", *grounds)] + [(name, "") for name in METRICS]
+    parts = [(name, surface, runs.on(surface).runs(name)) for name, surface in asked]
+    found = [_quantity(*part) for part in parts if len(part[2].first.values)]
     worse = holm([quantity.p_worse for quantity in found])
     improved = holm([quantity.p_better for quantity in found])
     return [
@@ -85,44 +82,95 @@ def _finding(worse: float, improved: float) -> Finding:
     return "better" if improved < FALSE_ALARMS else "as before"
 
 
-def _stability(runs: Matched, surface: str) -> Quantity:
-    counts = runs.counts()
-    tonight, before = (sum(pair[k].successes for pair in counts) for k in (0, 1))
-    sizes = [sum(pair[k].n for pair in counts) for k in (0, 1)]
-    return Quantity(
-        name="stable",
-        surface=surface,
-        before=before / sizes[1],
-        tonight=tonight / sizes[0],
-        n=runs.n,
-        seeds=min(runs.seed_counts("stable")),
-        p_worse=_p(runs, "stable", "less"),
-        p_better=_p(runs, "stable", "greater"),
-    )
-
-
-def _metric(runs: Matched, name: str) -> Quantity:
-    values = runs.values(name)
-    if not values:
-        return Quantity(
-            name=name, surface="", before=nan, tonight=nan, n=0, seeds=0, p_worse=1.0, p_better=1.0
-        )
-    base = float(np.mean([np.mean(before) for _, before in values]))
-    down, up = _p(runs, name, "less"), _p(runs, name, "greater")
-    worse, improved = (up, down) if better(name) == "lower" else (down, up)
+def _quantity(name: str, surface: str, runs: Runs) -> Quantity:
+    before, tonight = runs.means
+    less, more = runs.p_value("less"), runs.p_value("greater")
+    lower_is_better = name != "stable" and better(name) == "lower"
     return Quantity(
         name=name,
-        surface="",
-        before=base,
-        tonight=base + stratified_difference(values),
-        n=sum(min(len(a), len(b)) for a, b in values),
-        seeds=min(runs.seed_counts(name)),
-        p_worse=worse,
-        p_better=improved,
+        surface=surface,
+        before=before,
+        tonight=tonight,
+        n=runs.n,
+        seeds=min(runs.seeds),
+        p_worse=more if lower_is_better else less,
+        p_better=less if lower_is_better else more,
     )
 
 
-def _p(runs: Matched, name: str, alternative: Alternative) -> float:
-    if runs.paired:
-        return sign_flip(runs.seed_changes(name), alternative)
-    return clustered_rank_sum(runs.values(name), runs.seeds(name), alternative)
+def noticed(runs: Matched, quantities: Sequence[Quantity]) -> list[Quantity]:
+    """The quantities with the smallest change for the worse that is found in four nights of five.
+
+    At the strictest level of Holm, as if nothing else got worse.
+    """
+    level = FALSE_ALARMS / len(quantities)
+    return [replace(q, detectable=_detectable(runs.on(q.surface), q, level)) for q in quantities]
+
+
+def too_few(
+    cells: Sequence[Sequence[Walk]], seeds: int, *, paired: bool, coarsest: float = COARSEST
+) -> str:
+    """Why a gate over these cells would not notice a large loss of stability; empty if it would.
+
+    Args:
+        cells: Walks of the baseline, cell by cell.
+        seeds: That can be compared; of the smaller side if there are no pairs.
+        paired: Whether both sides have the same seeds.
+        coarsest: Smallest drop of the stable share that must show at the latest.
+    """
+    surfaces = {walk.cell.get("surface") for cell in cells for walk in cell}
+    level = FALSE_ALARMS / test_count(len(surfaces))
+    outcomes = _outcomes(cells)
+    if detectable_drop(outcomes, seeds, level, paired=paired) <= coarsest:
+        return ""
+    tries = (n for n in sorted({round(1.15**k) for k in range(1, 46)}) if seeds < n <= MOST_SEEDS)
+    enough = (n for n in tries if detectable_drop(outcomes, n, level, paired=paired) <= COARSEST)
+    needed = next(enough, None) if np.nansum(outcomes) else None
+    advice = (
+        f"some {needed} seeds a cell would do, in the experiment and in the baseline"
+        if needed
+        else "more seeds do not help: choose cells in which the robot stays up more often"
+    )
+    return (
+        f"too few walks to tell: with {seeds} seeds a cell in {len(cells)} cells, "
+        f"{100.0 * float(np.nanmean(outcomes)):.0f} % of them stable, a loss of "
+        f"{100.0 * COARSEST:.0f} points of stability could pass unseen; {advice}"
+    )
+
+
+def _detectable(runs: Matched, quantity: Quantity, level: float) -> float:
+    if quantity.name == "stable":
+        outcomes = _outcomes([cell.before for cell in runs.cells])
+        return detectable_drop(outcomes, quantity.seeds, level, paired=runs.paired)
+    values = _scatter(runs.runs(quantity.name))
+    if not values.size:
+        return inf
+    return detectable_shift(values, quantity.seeds, level, paired=runs.paired)
+
+
+def _scatter(runs: Runs) -> np.ndarray:
+    """How values scatter about the mean of their cell, NaN for none. Shape (seeds, cells).
+
+    Of the differences of pairs; if all of a cell are alike, of its baseline as if both sides were
+    fresh. Without pairs of the baseline. Cells without any scatter are left out.
+    """
+    columns = []
+    for (now, then), (_, labels) in zip(runs.strata, runs.labels, strict=True):
+        found = then - then.mean()
+        if runs.paired:
+            gap = now - then
+            found = gap - gap.mean() if np.ptp(gap) > 0.0 else sqrt(2.0) * found
+        if np.any(found):
+            columns.append(dict(zip(labels.tolist(), found.tolist(), strict=True)))
+    seeds = sorted(set().union(*columns))
+    return np.array([[column.get(seed, np.nan) for column in columns] for seed in seeds])
+
+
+def _outcomes(cells: Sequence[Sequence[Walk]]) -> np.ndarray:
+    """1 for a stable walk, 0 for another, NaN for none. Shape (seeds, cells)."""
+    seeds = sorted({walk.seed for cell in cells for walk in cell})
+    outcomes = np.full((len(seeds), len(cells)), np.nan)
+    for column, cell in enumerate(cells):
+        for walk in cell:
+            outcomes[seeds.index(walk.seed), column] = walk.stable
+    return outcomes

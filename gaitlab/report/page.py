@@ -8,8 +8,7 @@ from pathlib import Path
 
 from gaitlab.picture.figure_style import save
 from gaitlab.report.cells import cell_tables, legend
-from gaitlab.report.comparison import comparison
-from gaitlab.report.comparison.matching import SCORED, common
+from gaitlab.report.comparison import comparison_blocks
 from gaitlab.report.extremes import extremes_section
 from gaitlab.report.falls import falls_by_phase, falls_table, reasons
 from gaitlab.report.figures.fall_map import PHASES, fall_map
@@ -24,11 +23,13 @@ from gaitlab.report.headline import (
 )
 from gaitlab.report.maps import cells_map, pair_maps
 from gaitlab.report.markdown import details, escape, fenced, image, section
+from gaitlab.report.matching import common
 from gaitlab.report.measures import measures
 from gaitlab.report.motion import motion
 from gaitlab.report.provenance import Part, facts_table, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.rig import gantry_note
+from gaitlab.report.scores import SCORED
 from gaitlab.report.sentences import sentences
 from gaitlab.report.strip import strip_blocks
 from gaitlab.report.words import plural
@@ -69,7 +70,7 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
         gantry_note(sources.parts),
         details("How to read these tables", *_how_to_read(results)),
         _what_this_says(results, sources),
-        comparison(results),
+        _comparison(results),
         _cells(results, folder),
         pair_maps(results, folder),
         measures(results, folder),
@@ -129,6 +130,11 @@ def _how_to_read(results: Results) -> list[str]:
 def _what_this_says(results: Results, sources: Sources) -> str:
     assumed = frozenset(item for part in sources.parts for item in part.unpublished)
     return section("What this says", sentences(results, len(assumed)))
+
+
+def _comparison(results: Results) -> str:
+    blocks = comparison_blocks(results)
+    return section("Comparison", *blocks) if blocks else ""
 
 
 def _cells(results: Results, folder: Path) -> str:

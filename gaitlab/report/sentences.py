@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gaitlab.report.cells import STEP, forward_agreement
-from gaitlab.report.comparison.matching import common
+from gaitlab.report.comparison import compared_variants, not_told_apart, told_apart
 from gaitlab.report.markdown import escape
+from gaitlab.report.matching import common
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.scores import (
@@ -18,9 +19,7 @@ from gaitlab.report.scores import (
 )
 from gaitlab.report.variants import Value, Variant
 from gaitlab.report.words import column_text, interval, path_text, percent, plural, with_unit
-from gaitlab.statistics import McNemar, mcnemar
 
-LEVEL = 0.05  # two-sided; a larger p is called chance
 MOST_NAMED = 4  # rows or columns in one sentence
 FEW_SEEDS = 10  # a cell; the EROS protocol of this project asks for at least as many
 
@@ -55,7 +54,9 @@ def _effect(results: Results) -> str:
     if shared.trials.empty:
         return "The variants have no run in common, so nothing is said of what differs."
     first, best = scored[0], max(scored[1:], key=lambda v: mean_percent(shared.by_column(v)))
-    return _difference(shared, first, best)
+    found = compared_variants(results)
+    parts = (_difference(shared, first, best), told_apart(found), not_told_apart(found))
+    return " ".join(part for part in parts if part)
 
 
 def _one_variant(results: Results) -> str:
@@ -74,42 +75,11 @@ def _one_variant(results: Results) -> str:
 def _difference(results: Results, first: Variant, second: Variant) -> str:
     before, after = results.by_column(first), results.by_column(second)
     change = mean_percent(after) - mean_percent(before)
-    draws = efficiency_draws(after, stream=1) - efficiency_draws(before, stream=0)
-    test = mcnemar(paired(results, first, second))
     return (
         f"From *{escape(first.label)}* to *{escape(second.label)}* efficiency goes from "
         f"{percent(mean_percent(before))} to {percent(mean_percent(after))}, a change of "
-        f"{change:+.0f} points {interval(interval_of(draws))}. {_paired_text(test, first, second)}"
+        f"{change:+.0f} points."
     )
-
-
-def paired(results: Results, first: Variant, second: Variant) -> list[tuple[bool, bool]]:
-    """Outcomes of runs that both variants share: same row, column and seed."""
-    keys = [results.rows, results.columns, "seed"]
-    sides = []
-    for variant in (first, second):
-        trials = results.of(variant)
-        trials = trials[trials["state"].isin(("DONE", "INFEASIBLE"))]
-        up = truth(trials["stable"])
-        sides.append(dict(zip(map(tuple, trials[keys].to_numpy(object)), up, strict=True)))
-    return [(bool(sides[0][k]), bool(sides[1][k])) for k in sides[0] if k in sides[1]]
-
-
-def _paired_text(test: McNemar, first: Variant, second: Variant) -> str:
-    if test.only_first + test.only_second == 0:
-        return "Run by run, with the same seeds, nothing differs between the two."
-    text = (
-        f"Run by run, with the same seeds, {test.only_second} stayed up only with "
-        f"*{escape(second.label)}* and {test.only_first} only with *{escape(first.label)}* "
-        f"(exact McNemar test, p {_p_text(test.p_value)})"
-    )
-    if test.p_value > LEVEL:
-        return f"{text}: at this n the two cannot be told apart."
-    return f"{text}: more than chance explains."
-
-
-def _p_text(p_value: float) -> str:
-    return "< 0.001" if p_value < 0.001 else f"= {p_value:.2g}"
 
 
 def _paper(results: Results) -> str:

@@ -1,30 +1,36 @@
 """Shares and means with their uncertainty, tests between two treatments, and what n can tell."""
 
 from gaitlab.statistics.clusters import clustered_rank_sum, sign_flip
-from gaitlab.statistics.families import holm
+from gaitlab.statistics.compare import (
+    MOST_SEEDS,
+    Contrast,
+    Key,
+    Match,
+    Runs,
+    Side,
+    Verdict,
+    contrast,
+    holm,
+    judged,
+    match,
+    runs_of,
+)
 from gaitlab.statistics.means import (
-    mean_difference_interval,
     mean_interval,
-    signed_rank,
     stratified_difference,
     stratified_difference_interval,
 )
 from gaitlab.statistics.power import (
     detectable_drop,
     detectable_shift,
-    pairs_for_shares,
-    trials_for_shares,
     values_for_mean,
 )
 from gaitlab.statistics.proportions import (
     Alternative,
     Count,
     Interval,
-    McNemar,
     difference_of_proportions,
-    mcnemar,
     paired_difference,
-    stratified_exact,
     wilson,
 )
 from gaitlab.statistics.sensitivity import (
@@ -46,15 +52,22 @@ from gaitlab.statistics.stability import (
 )
 
 __all__ = [
+    "MOST_SEEDS",
     "STABLE_SHARE",
     "Alternative",
+    "Contrast",
     "Count",
     "Interval",
+    "Key",
     "LinearEffect",
     "LinearEffects",
-    "McNemar",
+    "Match",
+    "Runs",
+    "Side",
     "SignShares",
+    "Verdict",
     "clustered_rank_sum",
+    "contrast",
     "detectable_drop",
     "detectable_shift",
     "difference_of_proportions",
@@ -63,22 +76,19 @@ __all__ = [
     "efficiency_interval",
     "fewest_points",
     "holm",
+    "judged",
     "linear_effects",
-    "mcnemar",
-    "mean_difference_interval",
+    "match",
     "mean_interval",
     "mean_share_interval",
     "paired_difference",
-    "pairs_for_shares",
+    "runs_of",
     "sign_flip",
     "sign_shares",
-    "signed_rank",
     "stability_percent",
     "stable_cell",
     "stratified_difference",
     "stratified_difference_interval",
-    "stratified_exact",
-    "trials_for_shares",
     "values_for_mean",
     "wilson",
 ]

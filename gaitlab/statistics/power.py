@@ -1,10 +1,10 @@
 """How many trials would tell, and what the trials at hand can tell at all.
 
 References:
-    Connor1987: Connor, Sample size for testing differences in proportions for the paired-sample
-        design, Biometrics, 1987.
     CornishFisher1938: Cornish and Fisher, Moments and cumulants in the specification of
         distributions, Revue de l'Institut International de Statistique, 1938.
+    Guenther1981: Guenther, Sample size formulas for normal theory t tests, The American
+        Statistician, 1981.
 """
 
 from __future__ import annotations
@@ -22,41 +22,16 @@ TINY = 1e-12  # below any difference of counts
 DRAWS = 500  # pairs of runs; their power scatters by 2 points
 
 
-def pairs_for_shares(discordant: float, difference: float, level: float = LEVEL) -> float:
-    """Pairs that McNemar's test needs to tell a difference, [Connor1987].
+def values_for_mean(deviation: float, difference: float, level: float = LEVEL) -> float:
+    """Values whose mean tells a difference of this size from 0, given their standard deviation.
 
-    Args:
-        discordant: Share of the pairs in which only one treatment succeeds.
-        difference: First share less second share.
-        level: Two-sided.
-
-    Returns:
-        A whole number, infinite when there is no difference.
+    Normal quantiles, and as many more as Student's t asks for, [Guenther1981].
     """
     if not difference:
         return inf
     alpha, beta = _quantiles(level / 2.0)
-    spread = alpha * sqrt(discordant) + beta * sqrt(max(discordant - difference**2, 0.0))
-    return float(ceil((spread / difference) ** 2))
-
-
-def trials_for_shares(first: float, second: float, level: float = LEVEL) -> float:
-    """Trials on each side that tell two shares apart without pairs; infinite for equal ones."""
-    if first == second:
-        return inf
-    alpha, beta = _quantiles(level / 2.0)
-    mean = (first + second) / 2.0
-    spread = alpha * sqrt(2.0 * mean * (1.0 - mean))
-    spread += beta * sqrt(first * (1.0 - first) + second * (1.0 - second))
-    return float(ceil((spread / (first - second)) ** 2))
-
-
-def values_for_mean(deviation: float, difference: float, level: float = LEVEL) -> float:
-    """Values that tell a mean of this size from 0, given their standard deviation."""
-    if not difference:
-        return inf
-    alpha, beta = _quantiles(level / 2.0)
-    return float(max(ceil(((alpha + beta) * deviation / difference) ** 2), 2))
+    enough = ((alpha + beta) * deviation / difference) ** 2 + alpha**2 / 2.0
+    return float(max(ceil(enough), 2))
 
 
 def detectable_shift(

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.statistics.families import holm
+from gaitlab.statistics.compare import holm
 from gaitlab.statistics.proportions import Count, Interval
 
 DRAWS = 4_999  # of bootstrap and permutations; with the data themselves a round 5 000

@@ -7,10 +7,18 @@ import re
 import numpy as np
 import pytest
 
-from gaitlab.report.comparison import comparison
-from gaitlab.report.comparison.contrast import metric_contrast, stable_contrast, verdicts
-from gaitlab.report.comparison.matching import Matched, matched, matched_grounds
+from gaitlab.report.comparison import (
+    Comparison,
+    compared_grounds,
+    compared_variants,
+    comparison_blocks,
+    not_told_apart,
+    seeds_to_tell,
+    told_apart,
+)
+from gaitlab.report.matching import Matched, matched, matched_grounds
 from gaitlab.report.results import Results
+from gaitlab.statistics import judged
 from tests.report.builder import results_of, trial
 
 SURFACES = ("grass_50mm", "carpet_4mm")
@@ -45,6 +53,15 @@ def pairs(results: Results) -> Matched:
     return matched(results, *results.variants)
 
 
+def comparison(results: Results) -> str:
+    return "\n\n".join(block for block in comparison_blocks(results) if block)
+
+
+def only(results: Results) -> Comparison:
+    (found,) = compared_variants(results)
+    return found
+
+
 def line(page: str, start: str) -> str:
     return next(text for text in page.splitlines() if text.startswith(f"| {start}"))
 
@@ -66,22 +83,22 @@ def test_of_one_variant_the_grounds_are_compared_pair_by_pair():
     assert (runs.first["seed"] == runs.second["seed"]).all()
     assert set(runs.first["surface"]) == {SURFACES[0]}
     assert set(runs.second["surface"]) == {SURFACES[1]}
-    assert "over 40 pairs" in comparison(results)
+    assert compared_grounds(results)[0].counted.startswith("40 pairs")
 
 
 def test_two_grounds_are_compared_over_all_variants() -> None:
     results = walks()
     trials = results.trials.drop(columns="variant").to_dict("records")
     two = results_of([w for w in trials if w["surface"] in SURFACES[:2]], compare=False)
-    page = comparison(two)
-    assert page.index("## Comparison") < page.index("## The grounds compared")
-    assert "over 80 pairs" in page.partition("## The grounds compared")[2]
+    (grounds,) = compared_grounds(two)
+    assert grounds.counted.startswith("80 pairs")
+    assert "### carpet 4 mm against grass 50 mm" in comparison(two)
 
 
 def test_a_ground_is_as_much_better_as_the_other_is_worse():
     results = only_plain(walks(), *SURFACES[:2])
-    there = stable_contrast(matched_grounds(results, *SURFACES[:2]))
-    back = stable_contrast(matched_grounds(results, *reversed(SURFACES[:2])))
+    there = matched_grounds(results, *SURFACES[:2]).contrast("stable")
+    back = matched_grounds(results, *reversed(SURFACES[:2])).contrast("stable")
     assert there.difference == -back.difference
     assert there.p_value == back.p_value
 
@@ -89,7 +106,7 @@ def test_a_ground_is_as_much_better_as_the_other_is_worse():
 def test_the_gait_that_falls_is_worse_and_the_other_way_round_better():
     worse = comparison(walks())
     assert "**worse**" in line(worse, "stable runs")
-    assert "stays up less often than *plain*" in worse
+    assert "stays up less often than *plain*" in told_apart([only(walks())])
     assert "**better**" in line(comparison(walks(shares=(0.3, 0.9))), "stable runs")
 
 
@@ -106,13 +123,29 @@ def test_equal_gaits_cannot_be_told_and_it_says_how_many_seeds_would():
     assert re.search(r"\| +(\d+|more than 1000) +\|$", stable)
 
 
+def test_there_is_one_verdict_on_a_question_and_its_advice_asks_for_more_seeds():
+    for draw in range(6):
+        results = walks(range(3), shares=(0.9, 0.6), draw=draw)
+        found = only(results)
+        assert found.stable.verdict == "cannot tell"
+        seeds = seeds_to_tell([found])
+        said = not_told_apart([found])
+        if seeds is None:
+            assert "some" not in said
+        else:
+            assert seeds > 3
+            assert f"some {seeds} seeds a cell" in said
+            assert re.search(rf"\| +{seeds} +\|$", line(comparison(results), "stable runs"))
+        assert told_apart([found]) == ""
+
+
 def test_of_comparisons_without_a_difference_few_name_one():
     named = 0
     for draw in range(20):
-        page = comparison(walks(range(10), shares=(0.7, 0.7), draw=draw))
-        tables = page.partition("\n\n*better*")[0]
-        named += "**better**" in tables or "**worse**" in tables
-    assert named <= 4  # 5 % claimed; five or more of 20 would be a chance of 0.3 %
+        found = only(walks(range(10), shares=(0.7, 0.7), draw=draw))
+        family = [found.stable, *found.columns.values(), *found.metrics]
+        named += any(item.verdict in ("better", "worse") for item in family)
+    assert named <= 6  # 10 % claimed of two families; seven or more of 20 are a chance of 0.2 %
 
 
 def test_runs_are_paired_by_seed_whatever_their_order():
@@ -123,13 +156,13 @@ def test_runs_are_paired_by_seed_whatever_their_order():
     assert (runs.first["cell"] == runs.second["cell"]).all()
     shuffled = results.trials.sample(frac=1.0, random_state=1)
     again = pairs(results_of(shuffled.drop(columns="variant").to_dict("records"), compare=False))
-    assert stable_contrast(again).difference == stable_contrast(runs).difference
+    assert again.contrast("stable").difference == runs.contrast("stable").difference
 
 
 def test_without_common_seeds_cells_are_compared_and_it_is_said():
     results = walks(second_seeds=range(50, 75))
     page = comparison(results)
-    assert "without common seeds" in page.splitlines()[4]
+    assert "without common seeds" in only(results).counted
     assert "**worse**" in line(page, "stable runs")
     assert not pairs(results).paired
 
@@ -141,9 +174,9 @@ def test_only_shared_cells_are_compared_and_the_rest_is_counted():
         for walk in results.trials.drop(columns="variant").to_dict("records")
         if walk["gait.step_length"] != 0.08 or walk["gait.heel_strike"] == "none"
     ]
-    page = comparison(results_of(trials, compare=False))
-    assert "2 cells that only one of them has walked are left out" in page
-    assert "over 40 pairs" in page
+    found = only(results_of(trials, compare=False))
+    assert found.unshared.startswith("2 cells")
+    assert found.counted.startswith("40 pairs")
 
 
 def test_nothing_shared_is_said_to_be_that():
@@ -156,7 +189,7 @@ def test_nothing_shared_is_said_to_be_that():
 
 
 def test_a_difference_is_second_less_first():
-    contrast = metric_contrast(pairs(walks(shares=(1.0, 1.0), shift=0.05)), "pitch_amplitude")
+    contrast = pairs(walks(shares=(1.0, 1.0), shift=0.05)).contrast("pitch_amplitude")
     assert contrast.difference == pytest.approx(0.05, abs=0.01)
     assert contrast.second - contrast.first == pytest.approx(contrast.difference)
     assert contrast.interval.low < contrast.difference < contrast.interval.high
@@ -164,22 +197,15 @@ def test_a_difference_is_second_less_first():
 
 def test_a_metric_of_a_walk_is_not_taken_from_falls_but_distance_is():
     runs = pairs(walks(shares=(1.0, 0.5)))
-    assert metric_contrast(runs, "distance").n == runs.n
-    assert metric_contrast(runs, "pitch_amplitude").n < runs.n
+    assert runs.contrast("distance").n == runs.n
+    assert runs.contrast("pitch_amplitude").n < runs.n
 
 
 def test_one_seed_a_cell_and_a_metric_nobody_has_are_no_trouble():
     page = comparison(walks(range(1)))
     assert "cannot tell" in page
-    assert metric_contrast(pairs(walks()), "peak_torque").n == 0
-    assert verdicts([metric_contrast(pairs(walks()), "peak_torque")]) == ["no data"]
-
-
-def test_a_cell_alone_tells_only_when_enough_of_its_runs_differ():
-    assert "**-20/20**" in comparison(walks(shares=(1.0, 0.0)))
-    few = comparison(walks(range(3), shares=(1.0, 0.0)))
-    assert "-3/3" in few
-    assert "**-3/3**" not in few
+    nothing = pairs(walks()).contrast("peak_torque")
+    assert (nothing.n, judged([nothing])[0].verdict) == (0, "no data")
 
 
 def test_the_same_trials_give_the_same_page():

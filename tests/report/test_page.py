@@ -15,11 +15,10 @@ from gaitlab.report.page import Sources, heading, scores, write_page
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
-from gaitlab.report.sentences import paired, sentences
+from gaitlab.report.sentences import sentences
 from gaitlab.report.strip import strip_blocks
 from gaitlab.report.telling import representative, telling_cell
 from gaitlab.report.walks import walks_table
-from gaitlab.statistics import mcnemar
 from tests.report.builder import results_of, toy_trials, trial
 
 SOURCES = Sources(facts={"seeds": "0 to 3"}, parts=[], grounds="", command="gaitlab report toy")
@@ -129,22 +128,12 @@ def test_the_shown_cell_is_where_the_variants_differ_most() -> None:
     assert telling_cell(results) == (0.04, "grass_50mm")
 
 
-def test_pairs_are_runs_of_the_same_cell_and_seed() -> None:
-    results = results_of(toy_trials())
-    pairs = paired(results, *results.variants)
-    assert len(pairs) == 64
-    swapped = paired(results, *results.variants[::-1])
-    test, mirror = mcnemar(pairs), mcnemar(swapped)
-    assert (test.only_first, test.only_second) == (mirror.only_second, mirror.only_first)
-    assert test.only_second > test.only_first
-
-
 def test_equal_variants_are_not_told_apart() -> None:
     trials = [t for t in toy_trials() if t["gait.heel_strike"] == "none"]
     copies = [{**t, "gait.heel_strike": "add", "trial_id": f"b-{t['trial_id']}"} for t in trials]
     text = sentences(results_of([*trials, *copies], paths=["gait.heel_strike"]), 0)
     assert "a change of +0 points" in text
-    assert "nothing differs" in text
+    assert "cannot be told" in text
 
 
 def test_one_discordant_run_is_not_called_an_effect() -> None:
@@ -153,7 +142,7 @@ def test_one_discordant_run_is_not_called_an_effect() -> None:
     fallen = next(t for t in copies if not t["stable"])
     fallen.update(stable=True, fell=False)
     text = sentences(results_of([*trials, *copies], paths=["gait.heel_strike"]), 0)
-    assert "cannot be told apart" in text
+    assert "cannot be told" in text
 
 
 def test_few_seeds_are_said_to_be_few() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.papers.reproduction.answers import Answer
-from gaitlab.report.comparison.matching import Matched
+from gaitlab.report.matching import Matched
 from gaitlab.report.reference import Published, published
 from gaitlab.report.scores import (
     DRAWS,

@@ -16,7 +16,7 @@ from gaitlab.papers.reproduction.answers import (
 from gaitlab.papers.reproduction.efficiency import Simulated, claims, simulated
 from gaitlab.papers.reproduction.ground_order import Limits, limits, ordered, ranking
 from gaitlab.papers.reproduction.together import Shown, together
-from gaitlab.report.comparison.matching import Matched, matched
+from gaitlab.report.matching import Matched, matched
 from gaitlab.report.reference import TABLES
 from gaitlab.report.words import interval, percent, share, surface_text
 from gaitlab.statistics import Count, wilson

@@ -10,7 +10,7 @@ import pytest
 from gaitlab.papers.reproduction.answers import answers, forward_only
 from gaitlab.papers.reproduction.efficiency import claims, gain_draws
 from gaitlab.papers.reproduction.headline import efficiencies, paired_runs
-from gaitlab.report.comparison.matching import matched
+from gaitlab.report.matching import matched
 from gaitlab.report.scores import efficiency_draws
 from tests.papers.reproduction.printed import printed_results, printed_trials
 from tests.report.builder import results_of

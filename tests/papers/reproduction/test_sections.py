@@ -209,17 +209,18 @@ def test_variants_are_set_against_the_base_of_their_own_member(toys, tmp_path: P
 
 
 def test_counts_and_differences_of_variants_can_be_counted(toys, tmp_path: Path) -> None:
+    toys = {**toys, "toy": results_of(toy_trials(seeds=8))}  # fewer than six tell nothing
     text = variants_section(section("variants", "toy"), context(toys, tmp_path))
     trials = toys["toy"].trials
     counts = trials.groupby("variant")["stable"].agg(["sum", "size"])
     for label in ("plain", BOTH):
         up, n = counts.loc[label]
         assert cells(text, label)[5].startswith(f"{up}/{n} [")
-    gain = 100 * (counts.loc[BOTH, "sum"] - counts.loc["plain", "sum"]) / 64
+    gain = 100 * (counts.loc[BOTH, "sum"] - counts.loc["plain", "sum"]) / 128
     line = cells(text.partition("| against")[2], BOTH)
     assert line[2].startswith(f"{gain:+.0f} [")
     assert line[2].endswith("**better**")
-    assert line[-1] == "64"
+    assert line[-1] == "128"
 
 
 def test_another_base_can_be_named_for_one_variant(toys, tmp_path: Path) -> None:

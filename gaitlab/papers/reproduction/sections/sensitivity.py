@@ -23,14 +23,17 @@ from gaitlab.report.provenance import seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.words import NOTHING, path_text, plural, share, surface_text, with_unit
 from gaitlab.statistics import (
+    Contrast,
     Interval,
     LinearEffect,
     LinearEffects,
+    Side,
+    contrast,
     fewest_points,
+    judged,
     linear_effects,
-    mean_difference_interval,
+    runs_of,
     sign_shares,
-    signed_rank,
     wilson,
 )
 
@@ -139,8 +142,15 @@ def _sign_row(name: str, sides: Sides) -> list[str]:
 
 
 def _improvement(improvement: np.ndarray) -> str:
-    bounds = mean_difference_interval(improvement)
-    return f"{100.0 * np.mean(improvement):+.0f} {_points(bounds)}"
+    return f"{100.0 * np.mean(improvement):+.0f} {_points(_against_none(improvement).interval)}"
+
+
+def _against_none(improvement: np.ndarray) -> Contrast:
+    """The mean improvement over independent points against none."""
+    place = np.zeros(len(improvement), int), np.arange(len(improvement))
+    sides = Side(np.zeros(len(improvement)), *place), Side(improvement, *place)
+    found = contrast("improvement", runs_of(*sides, paired=True), "higher")
+    return judged([found])[0]
 
 
 def _points(bounds: Interval) -> str:
@@ -151,11 +161,11 @@ def _points(bounds: Interval) -> str:
 def _verdict(sweep: Sweep) -> str:
     """The sign in one sentence, no stronger than its intervals."""
     improvement = sweep.shares.improvement
-    found, bounds = sign_shares(improvement), mean_difference_interval(improvement)
+    found = sign_shares(improvement)
     mean = (
         f"On average over the box it changes the stable share by {_improvement(improvement)} points"
     )
-    apart = (bounds.low > 0.0 or bounds.high < 0.0) and signed_rank(improvement) < LEVEL
+    apart = _against_none(improvement).verdict in ("better", "worse")
     told = "" if apart else ", which cannot be told from none"
     words = zip(found, ("helps", "makes no difference", "harms"), strict=True)
     rule = [word for count, word in words if wilson(*count).low > HALF]

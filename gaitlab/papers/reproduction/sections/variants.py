@@ -22,10 +22,9 @@ from gaitlab.papers.reproduction.together import (
     together,
 )
 from gaitlab.picture.figure_style import save
-from gaitlab.report.comparison.contrast import Contrast, Verdict, stable_contrast, verdicts
-from gaitlab.report.comparison.matching import Matched, matched
-from gaitlab.report.comparison.tables import difference
+from gaitlab.report.comparison import difference, loud
 from gaitlab.report.markdown import details, escape, image, table
+from gaitlab.report.matching import matched
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
 from gaitlab.report.variants import Variant
@@ -38,7 +37,7 @@ from gaitlab.report.words import (
     surface_text,
     with_unit,
 )
-from gaitlab.statistics import Count, wilson
+from gaitlab.statistics import Contrast, Count, judged, wilson
 
 OPTIONS = (
     option("base", str, "", "variant that the others are set against; by default the first"),
@@ -49,14 +48,14 @@ OPTIONS = (
 )
 HOW_TO_READ = """\
 Runs that stayed up, of all, and in brackets the Wilson interval of that share in percent. A
-difference is taken over the cells that both have walked, in pairs of equal cell and seed: exact
-McNemar test, interval of Bonett and Price. *better* and *worse* hold for the whole column *all*,
-and apart from it for the columns of the grounds together: of twenty such tables without any
-difference at most one names one (Holm). Where neither is said, the runs cannot tell. Walks of one
-seed share their servos, so pairs are less independent than test and interval assume. Agreement
-counts every printed cell that a variant has walked, a step out of reach as not stable, and apart
-the cells that all variants beside the same table have walked. In the figure a base is hollow, and
-the dotted line is the share of the first one."""
+difference is taken over the cells that both have walked, in pairs of equal cell and seed; seeds,
+not pairs, count as independent, since walks of one seed share their servos (random signs of each
+seed's sum). *better* and *worse* hold for the whole column *all*, and apart from it for the columns
+of the grounds together: of twenty such tables without any difference at most one names one (Holm).
+Where neither is said, the runs cannot tell. Agreement counts every printed cell that a variant has
+walked, a step out of reach as not stable, and apart the cells that all variants beside the same
+table have walked. In the figure a base is hollow, and the dotted line is the share of the first
+one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -250,17 +249,17 @@ def _difference_table(found: _Compared) -> str:
     grounds = [str(ground) for ground in found.results.column_values]
     walked = [(pair, _contrasts(found, *pair, grounds)) for pair in found.pairs]
     lines = [(pair, line) for pair, line in walked if line[0].n]
-    whole = iter(verdicts([line[0] for _, line in lines]))
-    said = iter(verdicts([contrast for _, line in lines for contrast in line[1:]]))
+    whole = judged([line[0] for _, line in lines])
+    parts = iter(judged([contrast for _, line in lines for contrast in line[1:]]))
     rows = [
         [
             escape(one.label),
             escape(base.label),
-            _difference(line[0], next(whole)),
-            *(_difference(contrast, next(said)) for contrast in line[1:]),
-            str(line[0].n),
+            _difference(first),
+            *(_difference(next(parts)) for _ in line[1:]),
+            str(first.n),
         ]
-        for (one, base), line in lines
+        for ((one, base), line), first in zip(lines, whole, strict=True)
     ]
     if not rows:
         return ""
@@ -270,16 +269,12 @@ def _difference_table(found: _Compared) -> str:
 
 def _contrasts(found: _Compared, one: Shown, base: Shown, grounds: Sequence[str]) -> list[Contrast]:
     runs = matched(found.results, found.variant(base), found.variant(one))
-    return [stable_contrast(part) for part in (runs, *(_part(runs, g, found) for g in grounds))]
+    parts = (runs, *(runs.only(found.results.columns, ground) for ground in grounds))
+    return [part.contrast("stable") for part in parts]
 
 
-def _part(runs: Matched, ground: str, found: _Compared) -> Matched:
-    return runs.only(found.results.columns, ground)
-
-
-def _difference(contrast: Contrast, verdict: Verdict) -> str:
+def _difference(contrast: Contrast) -> str:
     if not contrast.n:
         return NOTHING
-    sure = verdict not in ("cannot tell", "no data")
     points = difference(contrast).replace(" points", "")
-    return points + (f" **{verdict}**" if sure else "")
+    return points if contrast.verdict == "cannot tell" else f"{points} {loud(contrast)}"
