@@ -11,10 +11,9 @@ from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, candidate, load_experiment
 from gaitlab.plan import plan
 from gaitlab.search import History
-from gaitlab.search.final import decided
-from gaitlab.search.objectives import Outcome, score
-from gaitlab.search.search import optimize
-from gaitlab.search.tally import Searched
+from gaitlab.search.final import hold_final
+from gaitlab.search.objectives import score, stored_outcome
+from gaitlab.search.search import SearchResult, optimize
 from gaitlab.search.validation import running
 from gaitlab.statistics import mean_interval
 from gaitlab.store import Store
@@ -44,16 +43,16 @@ class Result:
 def searched(study: str, settings: Sequence[str], store: Store, jobs: int) -> Result:
     """A search, gone on with if it was begun, and its winner on fresh seeds."""
     experiment = load_experiment(study, settings)
-    found: Searched = optimize(experiment, store, jobs=jobs)
-    history = found.tally.history
+    found: SearchResult = optimize(experiment, store, jobs=jobs)
+    history = found.history
     best = history.best
-    after, _ = decided(found, store, running(store, jobs))
+    after, _ = hold_final(found.history, store, running(store, jobs))
     return Result(
         used=history.used,
         searched=nan if best is None else best.objectives[0],
         fresh=_fresh(history, store, jobs),
-        final=_fresh(after.tally.history, store, jobs),
-        rate=found.tally.rate,
+        final=_fresh(after, store, jobs),
+        rate=found.status.rate,
     )
 
 
@@ -64,16 +63,8 @@ def _fresh(history: History, store: Store, jobs: int) -> float:
     again = replace(history.experiment, name=name, seeds=FRESH)
     winner: Experiment = candidate(again, history.best.values)
     dispatch(winner, store, jobs=jobs)
-    entries = store.index().entries
-    outcomes = [
-        Outcome(
-            surface=str(item.values["surface"]),
-            seed=item.trial.seed,
-            state=entries[item.trial.id].state,
-            metrics=entries[item.trial.id].details.metrics,
-        )
-        for item in plan(winner).trials()
-    ]
+    index = store.index()
+    outcomes = [stored_outcome(item, index) for item in plan(winner).trials()]
     return score(history.study.objectives[0], outcomes)
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.checking import check_winner, hold_final
 from gaitlab.cli.common import INTERRUPTED, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
@@ -21,11 +20,14 @@ from gaitlab.cli.options import (
     completed,
     written_to,
 )
-from gaitlab.cli.printing import other_output_on_stderr, say, tell
+from gaitlab.cli.printing import duration, other_output_on_stderr, plural, say, tell
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
+    from gaitlab.experiment import Experiment
     from gaitlab.search import History
+    from gaitlab.search.search import SearchResult
+    from gaitlab.store import Store
 
 MOST_CANDIDATES = 10**6
 
@@ -107,11 +109,9 @@ def optimize(
       gaitlab optimize eros_small --export best.yaml
       gaitlab run best.yaml
     """
-    from gaitlab.cli.search_text import plan_text, result_json, result_text
-    from gaitlab.experiment import load_experiment
-    from gaitlab.experiment.purposes import study_of
-    from gaitlab.search.search import optimize as search
-    from gaitlab.search.validation import random_sibling
+    from gaitlab.cli.search_text import plan_text
+    from gaitlab.experiment import load_experiment, study_of
+    from gaitlab.search.fresh import random_sibling
     from gaitlab.search.winner import check_target
     from gaitlab.store import Store
 
@@ -119,45 +119,19 @@ def optimize(
     if export is not None:
         check_target(export)
     with other_output_on_stderr():
-        wanted = load_experiment(study, given)
-    study_of(wanted)
-    wanted = random_sibling(wanted) if baseline else wanted
+        experiment = load_experiment(study, given)
+    study_of(experiment)
+    experiment = random_sibling(experiment) if baseline else experiment
     results, workers = Store(store), worker_count(jobs)
     if dry_run:
-        say(plan_text(wanted, results, storage, workers, as_json))
+        say(plan_text(experiment, results, storage, workers, as_json))
         return 0
-    from gaitlab.cli.search_progress import search_progress
-
-    again = _arguments(study, trials, settings, storage, store)
-    again += " --baseline random" if baseline else ""
+    search = _Search(experiment, results, storage, workers, quiet, as_json, baseline is not None)
     try:
-        with other_output_on_stderr():
-            told = search_progress(quiet=quiet)
-            found = search(wanted, results, jobs=workers, storage=storage, told=told)
-        going = found.ending not in ("stopped", "elsewhere")
-        if going and validation:
-            found, going = hold_final(found, results, workers, quiet=quiet)
-        if not as_json:
-            say(result_text(found, again, _arguments(study, None, settings, storage, store)))
-        _export(found.tally.history, export, given, store)
-        if going and validation:
-            going = check_winner(
-                found.tally.history,
-                results,
-                workers,
-                storage,
-                around=baseline is None,
-                quiet=quiet,
-                silent=as_json,
-            )
+        return search.run(export, given, validation)
     except KeyboardInterrupt:
-        tell(f"stopped at once; what is committed is safe. Go on: gaitlab optimize {again}")
+        tell(f"stopped at once; what is committed is safe. Go on: {search.again}")
         return INTERRUPTED
-    if as_json:
-        say(result_json(found))
-    elif not going and found.ending not in ("stopped", "elsewhere"):
-        tell(f"Go on: gaitlab optimize {again}")
-    return 0 if going or found.ending == "elsewhere" else INTERRUPTED
 
 
 def _trials_setting(trials: int | None) -> list[str]:
@@ -168,37 +142,115 @@ def _trials_setting(trials: int | None) -> list[str]:
     return [f"study.trials={trials}"]
 
 
-def _arguments(
-    study: str,
-    trials: int | None,
-    settings: Sequence[str] | None,
-    storage: str | None,
-    store: Path,
-) -> str:
-    """What makes the same command go on."""
-    parts = [study, *(part for setting in settings or () for part in ("--set", setting))]
-    parts += ["--trials", str(trials)] if trials is not None else []
-    from gaitlab.shell import store_option
+class _Search:
+    """A search on the command line, with what is said on the way."""
 
-    if storage is not None:
-        from gaitlab.search.addresses import shown  # loads Optuna, which takes a second
+    def __init__(
+        self,
+        experiment: Experiment,
+        store: Store,
+        storage: str | None,
+        jobs: int,
+        quiet: bool,
+        as_json: bool,
+        random: bool,
+    ) -> None:
+        from gaitlab.search.database import command_line
 
-        parts += ["--storage", shown(storage)]
-    return shlex.join([*parts, *store_option(store)])
+        self.experiment, self.store, self.storage, self.jobs = experiment, store, storage, jobs
+        self.quiet, self.as_json, self.random = quiet, as_json, random
+        self.again = command_line("optimize", experiment, store, storage)
+        self.again += " --baseline random" if random else ""
+
+    def run(self, export: Path | None, settings: Sequence[str], validation: bool) -> int:
+        """Search, hold the final, export and check the winner; the exit code."""
+        from gaitlab.cli.search_progress import search_progress
+        from gaitlab.cli.search_text import result_json, result_text
+        from gaitlab.search.database import command_line
+        from gaitlab.search.search import optimize as search
+
+        with other_output_on_stderr():
+            result = search(
+                self.experiment,
+                self.store,
+                jobs=self.jobs,
+                storage=self.storage,
+                callback=search_progress(quiet=self.quiet),
+            )
+        going = result.over
+        if going and validation:
+            result, going = self.hold_final(result)
+        if not self.as_json:
+            page = command_line("report", self.experiment, self.store, self.storage)
+            say(result_text(result, self.again, page))
+        if export is not None:
+            _export(result.history, export, settings, self.store)
+        if going and validation:
+            going = self.check_winner(result.history)
+        if self.as_json:
+            say(result_json(result))
+        elif result.over and not going:
+            tell(f"Go on: {self.again}")
+        return 0 if going or result.ending == "elsewhere" else INTERRUPTED
+
+    def hold_final(self, result: SearchResult) -> tuple[SearchResult, bool]:
+        """Let the best walk with as many seeds again; whether all of it was walked."""
+        from gaitlab.cli.progress import progress
+        from gaitlab.search.final import due_finals, hold_final
+        from gaitlab.search.validation import running
+
+        waiting = due_finals(result.history, self.store)
+        if waiting and not self.quiet:
+            more = plural(len(self.experiment.seeds), "further seed")
+            tell(f"Final: the best {len(waiting)} walk with {more} each; --no-validation skips it")
+        with other_output_on_stderr():
+            run = running(self.store, self.jobs, progress(quiet=True))
+            history, completed = hold_final(result.history, self.store, run)
+        return result.with_history(history), completed
+
+    def check_winner(self, history: History) -> bool:
+        """Walk the winner again and say what holds; False after a Ctrl-C."""
+        from gaitlab.cli.progress import progress
+        from gaitlab.report.study.brief import brief
+        from gaitlab.report.study.gathering import findings_of
+        from gaitlab.search.validation import running, validate
+
+        if not self.quiet:
+            self._say_effort(history)
+        with other_output_on_stderr():
+            run = running(self.store, self.jobs, progress(quiet=self.quiet))
+            checked = validate(history, self.store, run, around=not self.random)
+        if checked is None:
+            return True
+        if not self.as_json and not checked.stopped:
+            say("\n" + brief(findings_of(history.experiment, self.store, self.storage)))
+        return not checked.stopped
+
+    def _say_effort(self, history: History) -> None:
+        from gaitlab.search.validation import effort
+
+        needed = effort(history, self.store, self.jobs, around=not self.random)
+        if needed is None:
+            return
+        walked = "on fresh seeds, on every ground" + (
+            "" if self.random else " and around its values"
+        )
+        tell(
+            f"Checking candidate {needed.chosen.number} {walked}: up to "
+            f"{plural(needed.walks, 'trial')}, {duration(needed.seconds)}; falls and what the "
+            "store holds make it less. --no-validation skips it"
+        )
 
 
-def _export(history: History, export: Path | None, settings: Sequence[str], store: Path) -> None:
+def _export(history: History, export: Path, settings: Sequence[str], store: Store) -> None:
     """Write the winner; of a front, the one in its middle."""
-    from gaitlab.search.validation import chosen_of
     from gaitlab.search.winner import export_winner
     from gaitlab.shell import store_option
 
-    if export is None:
-        return
-    winner = chosen_of(history)
+    winner = history.representative
     if winner is None:
         tell(f"{export} is not written: no candidate is finished and breaks no constraint")
         return
     written = export_winner(history, winner, export, settings)
     tell(f"{export}: candidate {winner.number} with {len(written.seeds)} fresh seeds")
-    tell(f"Walk it: {shlex.join(['gaitlab', 'run', str(export), *store_option(store)])}")
+    tell(f"Walk it: {shlex.join(['gaitlab', 'run', str(export), *store_option(store.path)])}")

@@ -16,18 +16,18 @@ from gaitlab.cli.terminal import moving_terminal
 from gaitlab.metrics import unit_of
 from gaitlab.printable import visible
 from gaitlab.search import Candidate, History
-from gaitlab.search.tally import Nobody, Tally, Told
+from gaitlab.search.search import SearchCallback, SearchStatus
 
 WIDEST = 100  # characters
 FRAMES_A_SECOND = 2
 SHOWN_FRONT = 5  # candidates of a Pareto front
 
 
-def search_progress(*, quiet: bool = False) -> Told:
-    """Who is told of a search.
+def search_progress(*, quiet: bool = False) -> SearchCallback:
+    """What shows a search as it goes on.
 
     Args:
-        quiet: Tell only what a user has to know now.
+        quiet: Say only what a user has to know now.
     """
     if quiet:
         return SearchMessages()
@@ -35,7 +35,7 @@ def search_progress(*, quiet: bool = False) -> Told:
     return SearchTable(console) if console else SearchLines()
 
 
-class SearchMessages(Nobody):
+class SearchMessages(SearchCallback):
     """Nothing but messages."""
 
     def message(self, text: str) -> None:
@@ -53,20 +53,20 @@ class SearchLines(SearchMessages):
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock, self._last = clock, 0.0
 
-    def start(self, tally: Tally) -> None:
+    def start(self, status: SearchStatus) -> None:
         """Say where the search stands."""
-        tell(f"{plural(tally.total, 'candidate')}, {tally.told} told before")
+        tell(f"{plural(status.total, 'candidate')}, {status.finished} finished before")
         self._last = self._clock()
 
-    def update(self, tally: Tally) -> None:
+    def update(self, status: SearchStatus) -> None:
         """Say how far it is, if it is time."""
         if self._clock() - self._last >= MINUTE:
             self._last = self._clock()
-            tell(line(tally))
+            tell(line(status))
 
-    def finish(self, tally: Tally) -> None:
+    def finish(self, status: SearchStatus) -> None:
         """Say how far it came."""
-        tell(line(tally))
+        tell(line(status))
 
 
 class SearchTable(SearchMessages):
@@ -78,47 +78,47 @@ class SearchTable(SearchMessages):
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._tally: Tally | None = None
+        self._status: SearchStatus | None = None
         self._told = time.monotonic()
         self._messages: list[str] = []
         self._live = Live(
             get_renderable=self._picture, console=console, refresh_per_second=FRAMES_A_SECOND
         )
 
-    def start(self, tally: Tally) -> None:
+    def start(self, status: SearchStatus) -> None:
         """Show the table."""
-        self._tally = tally
+        self._status = status
         self._live.start()
 
-    def update(self, tally: Tally) -> None:
+    def update(self, status: SearchStatus) -> None:
         """Show the newest state at the next frame."""
-        self._tally, self._told = tally, time.monotonic()
+        self._status, self._told = status, time.monotonic()
 
     def message(self, text: str) -> None:
         """Keep it below the table; a signal may come while that is being drawn."""
         self._messages.append(visible(text))
 
-    def finish(self, tally: Tally) -> None:
+    def finish(self, status: SearchStatus) -> None:
         """Leave the table as it is."""
-        self._tally = tally
+        self._status = status
         self._live.stop()
 
     def _picture(self) -> Group:
-        tally, lines = self._tally, [Text(text) for text in self._messages]
-        if tally is None:
+        status, lines = self._status, [Text(text) for text in self._messages]
+        if status is None:
             return Group(*lines)
-        counts = Text(counts_text(tally), style="dim")
-        return Group(self._bar(tally), *_best(tally.history), counts, *lines)
+        counts = Text(counts_text(status), style="dim")
+        return Group(self._bar(status), *_best(status.history), counts, *lines)
 
-    def _bar(self, tally: Tally) -> Table:
+    def _bar(self, status: SearchStatus) -> Table:
         table = Table.grid(padding=(0, 1), expand=True)
         table.width = min(WIDEST, self._console.width)
         table.add_column(ratio=1)
         table.add_column(no_wrap=True)
         table.add_column(no_wrap=True)
-        bar = ProgressBar(total=max(1, tally.total), completed=tally.told)
-        left = remaining(tally, time.monotonic() - self._told)
-        table.add_row(bar, f"{tally.told}/{tally.total}", left)
+        bar = ProgressBar(total=max(1, status.total), completed=status.finished)
+        left = remaining(status, time.monotonic() - self._told)
+        table.add_row(bar, f"{status.finished}/{status.total}", left)
         return table
 
 
@@ -151,36 +151,36 @@ def with_unit(metric: str) -> str:
     return metric if unit == "-" else f"{metric} [{unit}]"
 
 
-def counts_text(tally: Tally) -> str:
-    """What was told, what walks and how fast."""
-    text = f"{tally.count('done')} done, {tally.count('pruned')} pruned, "
-    text += f"{tally.count('infeasible')} infeasible"
-    if tally.walking:
-        text += f"; {tally.alive} of {tally.walking} of this batch still in the race"
-    if tally.walked:
-        text += f"; {tally.rate:.2g} robot-seconds a second"
+def counts_text(status: SearchStatus) -> str:
+    """What is finished, what walks and how fast."""
+    text = f"{status.count('done')} done, {status.count('pruned')} pruned, "
+    text += f"{status.count('infeasible')} infeasible"
+    if status.walking:
+        text += f"; {status.alive} of {status.walking} of this batch still in the race"
+    if status.walked:
+        text += f"; {status.rate:.2g} robot-seconds a second"
     return text
 
 
-def line(tally: Tally) -> str:
+def line(status: SearchStatus) -> str:
     """The same and the best so far in one line."""
-    text = f"{tally.told} of {tally.total} told: {counts_text(tally)}"
-    front = tally.history.front
+    text = f"{status.finished} of {status.total} finished: {counts_text(status)}"
+    front = status.history.front
     if front:
         values = [
             f"{with_unit(objective.metric)} {value:.4g}"
             for objective, value in zip(
-                tally.history.study.objectives, front[0].objectives, strict=True
+                status.history.study.objectives, front[0].objectives, strict=True
             )
         ]
         what = "best" if len(front) == 1 else f"front of {len(front)}, first"
         text += f"; {what}: candidate {front[0].number}, {', '.join(values)}"
-    left = remaining(tally, 0.0)
+    left = remaining(status, 0.0)
     return f"{text}; {left}" if left else text
 
 
-def remaining(tally: Tally, since: float) -> str:
+def remaining(status: SearchStatus, since: float) -> str:
     """Time left, a time `since` in [s] after the counts; nothing where it is not known."""
-    if tally.time_left is None or tally.told >= tally.total:
+    if status.time_left is None or status.finished >= status.total:
         return ""
-    return f"about {duration(max(0.0, tally.time_left - since))} left"
+    return f"about {duration(max(0.0, status.time_left - since))} left"

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from math import isfinite
 
 from gaitlab.cli.printing import columns, duration, number, plural, size
 from gaitlab.cli.search_progress import with_unit
 from gaitlab.dispatch import cost
 from gaitlab.errors import UnknownName
-from gaitlab.experiment import Experiment
-from gaitlab.experiment.purposes import study_of
-from gaitlab.experiment.study import Choices, Constraint, Numbers
+from gaitlab.experiment import Experiment, study_of
+from gaitlab.experiment.study import Choices, Constraint, Numbers, Study
 from gaitlab.plan import plan
-from gaitlab.search import Candidate, History, history
-from gaitlab.search.advice import edges, nothing_allowed
-from gaitlab.search.tally import Searched
+from gaitlab.search import Candidate, History
+from gaitlab.search.candidates import edges
+from gaitlab.search.database import history
+from gaitlab.search.objectives import misses
+from gaitlab.search.search import SearchResult
 from gaitlab.search.winner import objective_text
 from gaitlab.store import Store
 
 SHOWN_FRONT = 10  # candidates of a Pareto front
+NEAREST = 5  # misses that are looked at
+SHOWN_MISSES = 3
 
 
 def plan_text(
@@ -27,11 +33,13 @@ def plan_text(
 ) -> str:
     """What a search takes at most, before anything walks."""
     study, planned = study_of(wanted), plan(wanted)
-    told = _told(wanted, results, storage)
-    left = max(0, study.trials - told)
+    finished = 0
+    with suppress(UnknownName):  # nothing was searched yet
+        finished = len(history(wanted, results, storage).candidates)
+    left = max(0, study.trials - finished)
     needed = cost(planned, left * planned.size, jobs)
     if as_json:
-        counts = {"candidates": study.trials, "told": told, "trials": needed.trials}
+        counts = {"candidates": study.trials, "told": finished, "trials": needed.trials}
         rest = {"seconds": round(needed.seconds), "bytes": round(needed.size)}
         return json.dumps({"study": wanted.name, **counts, **rest})
     rows = [[item.path, _range(item)] for item in study.search]
@@ -54,49 +62,30 @@ def plan_text(
     )
 
 
-def _told(wanted: Experiment, results: Store, storage: str | None) -> int:
-    try:
-        return len(history(wanted, results, storage).candidates)
-    except UnknownName:
-        return 0
-
-
 def _range(item: Numbers | Choices) -> str:
-    if isinstance(item, Choices):
-        text = ", ".join(map(str, item.options))
-    else:
-        text = f"{item.low:g} to {item.high:g}"
-        text += ", logarithmic" if item.log else ""
-        text += ", whole numbers" if item.integer else ""
-        text += f", steps of {item.step:g}" if item.step and not item.integer else ""
-    when = item.when
-    return (
-        text
-        if when is None
-        else f"{text} (when {when.path} is {' or '.join(map(str, when.values))})"
-    )
+    return item.text if item.when is None else f"{item.text} (when {item.when.text})"
 
 
-def result_json(found: Searched) -> str:
+def result_json(result: SearchResult) -> str:
     """The result as one JSON object."""
-    tally, history = found.tally, found.tally.history
-    states = {state: tally.count(state) for state in ("done", "pruned", "infeasible")}
+    status, history = result.status, result.history
+    states = {state: status.count(state) for state in ("done", "pruned", "infeasible")}
     best = history.best
     return json.dumps(
         {
             "study": history.experiment.name,
-            "ending": found.ending,
-            "total": tally.total,
-            "told": tally.told,
+            "ending": result.ending,
+            "total": status.total,
+            "told": status.finished,
             **states,
             "best": None if best is None else _candidate_json(best),
             "front": [_candidate_json(candidate) for candidate in history.front],
-            "walked": tally.walked,
-            "cached": found.used_before,
-            "seconds": round(tally.seconds, 3),
-            "simulated_seconds": round(tally.simulated, 3),
+            "walked": status.walked,
+            "cached": result.cached,
+            "seconds": round(status.seconds, 3),
+            "simulated_seconds": round(status.simulated, 3),
             "saving": round(history.saving, 4),
-            "interrupted": found.ending == "stopped",
+            "interrupted": result.ending == "stopped",
         }
     )
 
@@ -112,35 +101,64 @@ def _candidate_json(candidate: Candidate) -> dict[str, object]:
     }
 
 
-def result_text(found: Searched, again: str, report: str) -> str:
+def result_text(result: SearchResult, again: str, report: str) -> str:
     """The result for reading.
 
     Args:
-        found: The search.
-        again: Arguments with which `gaitlab optimize` goes on.
-        report: Arguments with which `gaitlab report` knows the study.
+        result: The search.
+        again: The command line that goes on.
+        report: The one that writes its page.
     """
-    history = found.tally.history
-    parts = [_ending(found), *nothing_allowed(history), *_winners(history)]
-    parts += ["", _effort(found)]
-    if found.ending == "stopped" or found.ending == "elsewhere":
-        return "\n".join([*parts, f"Go on: gaitlab optimize {again}"])
-    return "\n".join([*parts, f"Report: gaitlab report {report}"])
+    history = result.history
+    parts = [_ending(result), *nothing_allowed(history), *_winners(history)]
+    parts += ["", _effort(result)]
+    parts.append(f"Report: {report}" if result.over else f"Go on: {again}")
+    return "\n".join(parts)
 
 
-def _ending(found: Searched) -> str:
-    tally = found.tally
-    states = ", ".join(f"{tally.count(s)} {s}" for s in ("done", "pruned", "infeasible"))
-    told = f"{tally.told} of {plural(tally.total, 'candidate')} told: {states}."
+def nothing_allowed(history: History) -> list[str]:
+    """Lines about a search in which no candidate is both finished and allowed."""
+    candidates = history.candidates
+    if not candidates or history.front:
+        return []
+    lines = [f"No candidate of {len(candidates)} fulfils what the study asks for."]
+    reasons = Counter(c.reason for c in candidates if c.state == "infeasible")
+    if reasons:
+        lines.append(f"{reasons.total()} of them cannot be walked at all; the commonest reason:")
+        lines.append(f"  {reasons.most_common(1)[0][0]}")
+    lines.append("Nearest misses, in brackets by how much, 1 being the size of the bound:")
+    for candidate in history.nearest_misses(SHOWN_MISSES):
+        values = ", ".join(f"{path} = {value}" for path, value in candidate.values.items())
+        broken = misses(history.study, candidate.objectives, candidate.violations)
+        lines.append(f"  candidate {candidate.number}: {values}")
+        lines.append(f"    misses {'; '.join(broken)}")
+    return [*lines, *_widen(history.study, history.nearest_misses(NEAREST))]
+
+
+def _widen(study: Study, nearest: Sequence[Candidate]) -> Iterator[str]:
+    if not nearest or nearest[0].missed_by == 0.0:
+        return
+    ends = Counter(end for candidate in nearest for end in edges(study, candidate).items())
+    if not ends:
+        relax = "relax a constraint, or " if study.constraints else ""
+        yield f"None of them lies at an end of a range: {relax}search another one."
+    for (path, end), count in ends.most_common(SHOWN_MISSES):
+        yield f"Widen {path}: {count} of the {len(nearest)} nearest lie at its {end}."
+
+
+def _ending(result: SearchResult) -> str:
+    status = result.status
+    states = ", ".join(f"{status.count(s)} {s}" for s in ("done", "pruned", "infeasible"))
+    finished = f"{status.finished} of {plural(status.total, 'candidate')} finished: {states}."
     why = {
         "complete": "",
         "stopped": " Stopped.",
         "no improvement": " Ended early: the last "
-        f"{tally.history.study.early_stop} brought no improvement.",
+        f"{status.history.study.early_stop} brought no improvement.",
         "exhausted": " The space holds no more: every combination was tried.",
-        "elsewhere": f" The rest is walked by {', '.join(found.elsewhere) or 'another machine'}.",
+        "elsewhere": f" The rest is walked by {', '.join(result.elsewhere) or 'another machine'}.",
     }
-    return told + why[found.ending]
+    return finished + why[result.ending]
 
 
 def _winners(history: History) -> list[str]:
@@ -159,7 +177,7 @@ def _final(history: History) -> str:
     """How the final came out."""
     if not history.finals:
         return ""
-    places = ", ".join(f"{one.number}: {one.objectives[0]:.4g}" for one in history.finals)
+    places = ", ".join(f"{c.number}: {c.objectives[0]:.4g}" for c in history.finals)
     return f" (final with {plural(history.finals[0].seeds, 'seed')}: {places})"
 
 
@@ -212,20 +230,20 @@ def _front(history: History) -> str:
     return columns(head, rows)
 
 
-def _effort(found: Searched) -> str:
-    tally, history = found.tally, found.tally.history
+def _effort(result: SearchResult) -> str:
+    status, history = result.status, result.history
     lines = [
-        f"{plural(tally.walked, 'trial')} walked, {found.used_before} from the store; "
-        f"{duration(tally.seconds)}"
+        f"{plural(status.walked, 'trial')} walked, {result.cached} from the store; "
+        f"{duration(status.seconds)}"
     ]
-    if tally.walked and tally.seconds:
+    if status.walked and status.seconds:
         lines[0] += (
-            f", {tally.simulated:.0f} robot-seconds: {tally.rate:.2g} robot-seconds a second"
+            f", {status.simulated:.0f} robot-seconds: {status.rate:.2g} robot-seconds a second"
         )
     if history.study.racing and history.planned:
         lines.append(
             f"Racing walked {history.used:.0f} of about {history.planned:.0f} robot-seconds that "
             f"every seed of every candidate would have taken: {100.0 * history.saving:.0f} % saved"
         )
-    lines.append(f"Database: {found.place}")
+    lines.append(f"Database: {result.place}")
     return "\n".join(lines)

@@ -1,7 +1,7 @@
 """The samplers that a study can ask for by name: their options, and what each can search.
 
-Names and meanings of the options are Optuna's; its version 5 was asked what it refuses and what it
-quietly replaces by random values.
+A sampler is one class here, entered in `SAMPLERS`. Names and meanings of the options are Optuna's;
+its version 5 was asked what it refuses and what it quietly replaces by random values.
 
 References:
     Optuna: Akiba et al., Optuna: a next-generation hyperparameter optimization framework, KDD
@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from gaitlab.documents import Node, build
 from gaitlab.errors import FileError, Problem
 from gaitlab.experiment.parts import Value
-from gaitlab.experiment.study import Choices, Numbers, Objective
+from gaitlab.experiment.study import Choices, Numbers, Objective, Study
 from gaitlab.parameters import parameter
 from gaitlab.plugins import suggestion
 
@@ -38,17 +38,43 @@ def _switch(doc: str, default: bool = False) -> bool:
 
 
 RANDOM_FIRST = "candidates at random before the sampler learns"
+SMALLEST_POPULATION = 4  # of an evolution strategy that still learns a direction
 
 
 @dataclass(frozen=True, kw_only=True)
-class Random:
+class Sampler:
+    """Options of a sampler.
+
+    Attributes:
+        optuna: What Optuna calls it; empty for one that gaitlab draws itself.
+        constrained: Whether it knows constraints; the others see a missed one as a bad value.
+        module: Library that it needs beside Optuna and gaitlab does not install; empty for none.
+    """
+
+    optuna: ClassVar[str] = ""
+    constrained: ClassVar[bool] = False
+    module: ClassVar[str] = ""
+
+    @staticmethod
+    def usual(study: Study) -> dict[str, Value]:
+        """Arguments that hang on the study, unless its file gives them."""
+        del study
+        return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Random(Sampler):
     """Options of `random`."""
 
+    optuna: ClassVar[str] = "RandomSampler"
+
 
 @dataclass(frozen=True, kw_only=True)
-class Tpe:
+class Tpe(Sampler):
     """Options of `tpe`, the tree-structured Parzen estimator."""
 
+    optuna: ClassVar[str] = "TPESampler"
+    constrained: ClassVar[bool] = True
     n_startup_trials: int = _candidates(10, RANDOM_FIRST, low=0)
     n_ei_candidates: int = _candidates(24, "draws of which the most promising is proposed")
     multivariate: bool = _switch(
@@ -56,11 +82,18 @@ class Tpe:
     )
     group: bool = _switch("learn the parameters of each condition together")
 
+    @staticmethod
+    def usual(study: Study) -> dict[str, Value]:
+        """Conditions ask for groups."""
+        conditional = any(item.when is not None for item in study.search)
+        return {"multivariate": True, "group": True} if conditional else {}
+
 
 @dataclass(frozen=True, kw_only=True)
-class Cmaes:
+class Cmaes(Sampler):
     """Options of `cmaes`, covariance matrix adaptation."""
 
+    optuna: ClassVar[str] = "CmaEsSampler"
     sigma0: float = parameter(
         1.0 / 6.0, unit="-", low=1e-3, high=1.0, doc="first spread, share of every range"
     )
@@ -70,41 +103,63 @@ class Cmaes:
     with_margin: bool = _switch("whole numbers and steps never freeze")
     lr_adapt: bool = _switch("learn slower on noisy objectives")
 
+    @staticmethod
+    def usual(study: Study) -> dict[str, Value]:
+        """A generation is a batch, so that no candidate is wasted."""
+        population = max(study.batch, SMALLEST_POPULATION)
+        return {"popsize": population, "warn_independent_sampling": False}
+
 
 @dataclass(frozen=True, kw_only=True)
-class Gp:
+class Gp(Sampler):
     """Options of `gp`, Gaussian processes."""
 
+    optuna: ClassVar[str] = "GPSampler"
+    constrained: ClassVar[bool] = True
+    module: ClassVar[str] = "torch"
     n_startup_trials: int = _candidates(10, RANDOM_FIRST)
     deterministic_objective: bool = _switch("take the objective to be free of noise")
 
+    @staticmethod
+    def usual(study: Study) -> dict[str, Value]:
+        """A parameter under a condition is drawn at random, which needs no warning."""
+        return {"warn_independent_sampling": False}
+
 
 @dataclass(frozen=True, kw_only=True)
-class Nsga2:
+class Nsga2(Sampler):
     """Options of `nsga2`, a genetic search for Pareto fronts."""
 
+    optuna: ClassVar[str] = "NSGAIISampler"
+    constrained: ClassVar[bool] = True
     population_size: int = _candidates(16, "candidates a generation, two batches by default", low=2)
     mutation_prob: float = _probability(0.1, "of each parameter, 1 / parameters by default")
     crossover_prob: float = _probability(0.9, "that a child has two parents")
     swapping_prob: float = _probability(0.5, "that a parameter is the second parent's")
+
+    @staticmethod
+    def usual(study: Study) -> dict[str, Value]:
+        """Two batches: small enough for several generations of a hundred candidates."""
+        return {"population_size": max(2 * study.batch, SMALLEST_POPULATION)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Nsga3(Nsga2):
     """Options of `nsga3`, for three objectives and more."""
 
+    optuna: ClassVar[str] = "NSGAIIISampler"
     dividing_parameter: int = _candidates(3, "density of the reference points")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Qmc:
+class Qmc(Sampler):
     """Options of `qmc`, a low-discrepancy sequence."""
 
     qmc_type: Literal["sobol", "halton"] = parameter("sobol", unit="-", doc="the sequence")
     scramble: bool = _switch("shuffle the sequence by the study's seed", True)
 
 
-SAMPLERS: Mapping[str, type] = {
+SAMPLERS: Mapping[str, type[Sampler]] = {
     "tpe": Tpe,
     "cmaes": Cmaes,
     "gp": Gp,

@@ -5,7 +5,6 @@ winner again. Only this folder knows Optuna; what a file may ask for is read in
 `gaitlab.experiment`, pages are written in `gaitlab.report`.
 """
 
-from gaitlab.search.history import Candidate, History, State, history
-from gaitlab.search.importance import importance
+from gaitlab.search.candidates import Candidate, History
 
-__all__ = ["Candidate", "History", "State", "history", "importance"]
+__all__ = ["Candidate", "History"]

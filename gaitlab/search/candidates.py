@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from math import fsum, log
+from typing import Literal, TypeAlias, TypeVar
 
-from gaitlab.experiment import Experiment, Value
-from gaitlab.experiment.study import Study
+from gaitlab.experiment import Experiment, Value, study_of
+from gaitlab.experiment.study import Numbers, Study
 
-State: TypeAlias = Literal["done", "pruned", "infeasible"]
+T = TypeVar("T")
+CandidateState: TypeAlias = Literal["done", "pruned", "infeasible"]
+NEAR = 0.05  # of its range; a value so close to an end asks for a wider range
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +39,7 @@ class Candidate:
 
     number: int
     values: Mapping[str, Value]
-    state: State
+    state: CandidateState
     objectives: tuple[float, ...]
     violations: tuple[float, ...]
     feasible: bool
@@ -45,6 +48,11 @@ class Candidate:
     batch: int
     simulated: float
     reason: str = ""
+
+    @property
+    def missed_by(self) -> float:
+        """Sum of what it misses, in sizes of the bounds."""
+        return fsum(max(0.0, violation) for violation in self.violations)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,16 +91,36 @@ class History:
             object.__setattr__(self, name, value)
 
     def _best(self, front: Sequence[Candidate]) -> Candidate | None:
-        standing = pareto_front(self.study, self.finals)
-        return next(iter((*standing, *front)), None)
+        return next(iter((*pareto_front(self.study, self.finals), *front)), None)
 
     @property
     def study(self) -> Study:
         """What the file asks for."""
-        study = self.experiment.study
-        if study is None:
-            raise ValueError(f"{self.experiment.name} is no study")
-        return study
+        return study_of(self.experiment)
+
+    @property
+    def representative(self) -> Candidate | None:
+        """The candidate that stands for the search: the best, or the middle one of the front."""
+        if self.best is not None or not self.front:
+            return self.best
+        return self.front[len(self.front) // 2]
+
+    @property
+    def last_improvement(self) -> int:
+        """Number of the candidate with which the search last got better; -1 before any.
+
+        Better is a candidate of the front; while nothing is allowed, one that misses the
+        constraints by less than all before it.
+        """
+        if self.front:
+            return max(candidate.number for candidate in self.front)
+        nearest = self.nearest_misses(1)
+        return nearest[0].number if nearest else -1
+
+    def nearest_misses(self, count: int) -> list[Candidate]:
+        """Candidates that break the constraints by the least, the nearest first."""
+        missed = [candidate for candidate in self.candidates if not candidate.feasible]
+        return sorted(missed, key=lambda c: (c.missed_by, c.number))[:count]
 
     @property
     def saving(self) -> float:
@@ -106,28 +134,49 @@ class History:
         return candidate.simulated * len(self.experiment.seeds) / candidate.seeds
 
 
-def costs(study: Study, candidate: Candidate) -> tuple[float, ...]:
-    """The objectives with their signs turned such that less is better."""
-    return tuple(
-        -value if objective.direction == "maximize" else value
-        for objective, value in zip(study.objectives, candidate.objectives, strict=True)
-    )
+def costs(study: Study, objectives: Sequence[float]) -> tuple[float, ...]:
+    """Objectives with their signs turned such that less is better."""
+    pairs = zip(study.objectives, objectives, strict=True)
+    return tuple(-value if o.direction == "maximize" else value for o, value in pairs)
 
 
-def pareto_front(study: Study, candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+def ranked(study: Study, candidates: Iterable[Candidate]) -> list[Candidate]:
+    """The finished candidates that break no constraint, the best first; of equal ones, the earlier.
+
+    With several objectives the first one counts most.
+    """
+    finished = [c for c in candidates if c.state == "done" and c.feasible]
+    return sorted(finished, key=lambda c: (costs(study, c.objectives), c.number))
+
+
+def pareto_front(study: Study, candidates: Iterable[Candidate]) -> tuple[Candidate, ...]:
     """The finished candidates that break no constraint and that none of them beats.
 
     In the order of their objectives, the best first; of equal ones, the earlier.
     """
-    finished = [c for c in candidates if c.state == "done" and c.feasible]
-    ranked = sorted(finished, key=lambda c: (costs(study, c), c.number))
-    front: list[Candidate] = []
-    for candidate in ranked:  # whoever beats it, or equals it, stands before it
-        cost = costs(study, candidate)
-        if not any(_no_worse(costs(study, other), cost) for other in front):
-            front.append(candidate)
-    return tuple(front)
+    return unbeaten((costs(study, c.objectives), c) for c in ranked(study, candidates))
 
 
-def _no_worse(one: Sequence[float], other: Sequence[float]) -> bool:
-    return all(a <= b for a, b in zip(one, other, strict=True))
+def unbeaten(rated: Iterable[tuple[Sequence[float], T]]) -> tuple[T, ...]:
+    """What nothing before it beats or equals in every cost; given by rising costs."""
+    front: list[tuple[Sequence[float], T]] = []
+    for cost, item in rated:
+        if not any(all(a <= b for a, b in zip(less, cost, strict=True)) for less, _ in front):
+            front.append((cost, item))
+    return tuple(item for _, item in front)
+
+
+def edges(study: Study, candidate: Candidate) -> dict[str, str]:
+    """Searched numbers of a candidate that lie at an end of their range, and at which."""
+    found = {}
+    for item in study.search:
+        value = candidate.values.get(item.path)
+        if isinstance(item, Numbers) and isinstance(value, int | float):
+            share = (value - item.low) / (item.high - item.low)
+            if item.log:
+                share = log(value / item.low) / log(item.high / item.low)
+            if share <= NEAR:
+                found[item.path] = f"lower end {item.low:g}"
+            elif share >= 1.0 - NEAR:
+                found[item.path] = f"upper end {item.high:g}"
+    return found

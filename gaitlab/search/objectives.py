@@ -19,8 +19,9 @@ from typing import Literal
 from gaitlab.experiment.falling import is_measured, worst
 from gaitlab.experiment.study import Aggregate, Constraint, Direction, Objective, Study
 from gaitlab.metrics import Value
+from gaitlab.plan import PlannedTrial
+from gaitlab.store import Index, State
 
-State = Literal["DONE", "INFEASIBLE", "FAILED"]
 NO_VALUE = 0.1  # added to the loss when an objective has no value, if only for want of its metric
 UNWALKED = 2.0  # loss of a trial that never walked; a fall at the first instant loses 1
 FARTHEST = 10.0  # bounds; a miss by more is as bad as this, and only one without a value is worse
@@ -29,20 +30,23 @@ TO_THE_END = "walking to the end"  # what the last violation asks for
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class TrialOutcome:
     """What became of one trial of a candidate.
 
     Attributes:
         surface: What the ground is called.
         seed: Its replicate.
-        state: `DONE` (a fall is done), `INFEASIBLE` or `FAILED`.
+        state: `DONE` (a fall is done), `INFEASIBLE`, `FAILED`, or `MISSING` while the store lacks
+            it.
         metrics: Metric name to value; None or missing where it is not defined.
+        trial_id: Identity of the trial; empty where nobody asks for it.
     """
 
     surface: str
     seed: int
-    state: State
+    state: State | Literal["MISSING"]
     metrics: Mapping[str, Value]
+    trial_id: str = ""
 
     @property
     def walked(self) -> bool:
@@ -53,6 +57,32 @@ class Outcome:
     def fell(self) -> bool:
         """Whether it walked and fell."""
         return self.walked and bool(self.metrics.get("fell"))
+
+    @property
+    def stable(self) -> bool:
+        """Whether the robot stayed on its feet to the horizon."""
+        return self.walked and bool(self.metrics.get("stable"))
+
+
+def outcome_of(
+    planned: PlannedTrial, state: State | Literal["MISSING"], metrics: Mapping[str, Value]
+) -> TrialOutcome:
+    """What became of a planned trial that ended in a state."""
+    return TrialOutcome(
+        surface=str(planned.values["surface"]),
+        seed=planned.trial.seed,
+        state=state,
+        metrics=metrics,
+        trial_id=planned.trial.id,
+    )
+
+
+def stored_outcome(planned: PlannedTrial, index: Index) -> TrialOutcome:
+    """What a store says of a planned trial."""
+    entry = index.entries.get(planned.trial.id)
+    if entry is None:
+        return outcome_of(planned, "MISSING", {})
+    return outcome_of(planned, entry.state, entry.details.metrics)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +105,7 @@ class Evaluation:
     n: int
 
 
-def evaluate(study: Study, outcomes: Iterable[Outcome]) -> Evaluation:
+def evaluate(study: Study, outcomes: Iterable[TrialOutcome]) -> Evaluation:
     """How good a candidate with these outcomes is, in whatever order they came.
 
     Raises:
@@ -128,7 +158,7 @@ def misses(study: Study, objectives: Sequence[float], violations: Sequence[float
     return found
 
 
-def score(wanted: Objective | Constraint, trials: Sequence[Outcome]) -> float:
+def score(wanted: Objective | Constraint, trials: Sequence[TrialOutcome]) -> float:
     """Value of an objective, or of what a constraint bounds, over all trials."""
     by_surface: dict[str, list[float]] = {}
     for trial in trials:
@@ -139,7 +169,7 @@ def score(wanted: Objective | Constraint, trials: Sequence[Outcome]) -> float:
     return aggregated(wanted.over_surfaces, seeds, wanted.direction)
 
 
-def counted(wanted: Objective | Constraint, trial: Outcome) -> float:
+def counted(wanted: Objective | Constraint, trial: TrialOutcome) -> float:
     """What one trial counts as; a fall never counts for more than staying up would."""
     least = worst(wanted.metric, wanted.direction) if wanted.fallen is None else wanted.fallen
     measured = is_measured(wanted.metric, wanted.direction) and wanted.fallen is None
@@ -178,7 +208,7 @@ def _mean_of_worst(ranked: Sequence[float], count: float) -> float:
     return fsum([*ranked[:whole], *rest]) / (whole + (part if rest else 0.0))
 
 
-def _violation(constraint: Constraint, trials: Sequence[Outcome]) -> float:
+def _violation(constraint: Constraint, trials: Sequence[TrialOutcome]) -> float:
     """How far a constraint is missed, in sizes of its bound; more than FARTHEST with losses."""
     value = score(constraint, trials)
     if not isfinite(value):
@@ -187,7 +217,7 @@ def _violation(constraint: Constraint, trials: Sequence[Outcome]) -> float:
     return min(missing / (abs(constraint.bound) or 1.0), FARTHEST)
 
 
-def _loss(trials: Sequence[Outcome], valued: bool, fulfilled: bool) -> float:
+def _loss(trials: Sequence[TrialOutcome], valued: bool, fulfilled: bool) -> float:
     """How badly trials were lost; 0 for a candidate that is allowed.
 
     A candidate that misses a constraint anyway is told apart by how soon it fell, because a
@@ -199,11 +229,11 @@ def _loss(trials: Sequence[Outcome], valued: bool, fulfilled: bool) -> float:
     return 0.0 if allowed else _mean_loss(trials)
 
 
-def _mean_loss(trials: Sequence[Outcome]) -> float:
+def _mean_loss(trials: Sequence[TrialOutcome]) -> float:
     return fsum(_lost_share(trial) for trial in trials) / len(trials)
 
 
-def _lost_share(trial: Outcome) -> float:
+def _lost_share(trial: TrialOutcome) -> float:
     """0 for a trial on its feet, up to 1 the sooner the robot fell, more if it never walked."""
     if not trial.walked:
         return UNWALKED

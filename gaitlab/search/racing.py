@@ -20,7 +20,8 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 
 from gaitlab.experiment.study import Constraint, Objective, Racing, Study
-from gaitlab.search.objectives import Outcome, counted, evaluate, score
+from gaitlab.search.candidates import costs, unbeaten
+from gaitlab.search.objectives import TrialOutcome, counted, evaluate, score
 
 Place = tuple[str, int]  # surface and seed
 LEAST, MOST = -1e12, 1e12  # stand for the unbounded ends of a metric
@@ -37,11 +38,11 @@ class Rival:
     """
 
     number: int
-    outcomes: Sequence[Outcome]
+    outcomes: Sequence[TrialOutcome]
 
 
 def hopeless(
-    study: Study, outcomes: Sequence[Outcome], places: Sequence[Place], rivals: Sequence[Rival]
+    study: Study, outcomes: Sequence[TrialOutcome], places: Sequence[Place], rivals: Sequence[Rival]
 ) -> str:
     """Why a candidate is given up; empty if it is not.
 
@@ -63,12 +64,12 @@ def hopeless(
     return ""
 
 
-def _lost(outcomes: Sequence[Outcome]) -> str:
+def _lost(outcomes: Sequence[TrialOutcome]) -> str:
     lost = next((outcome for outcome in outcomes if not outcome.walked), None)
     return f"{lost.state} on {lost.surface} with seed {lost.seed}" if lost else ""
 
 
-def _forbidden(study: Study, outcomes: Sequence[Outcome], places: Sequence[Place]) -> str:
+def _forbidden(study: Study, outcomes: Sequence[TrialOutcome], places: Sequence[Place]) -> str:
     """A constraint that no remaining seed can save, or an objective without a value for good."""
     for objective in study.objectives:
         if not isfinite(score(objective, outcomes)) and not isfinite(
@@ -88,7 +89,7 @@ def _out_of_reach(constraint: Constraint, value: float) -> bool:
 
 
 def reachable(
-    wanted: Objective | Constraint, outcomes: Sequence[Outcome], places: Sequence[Place]
+    wanted: Objective | Constraint, outcomes: Sequence[TrialOutcome], places: Sequence[Place]
 ) -> float:
     """The best that an objective or a constrained metric can become with the seeds that are left.
 
@@ -97,7 +98,7 @@ def reachable(
     walked = {(outcome.surface, outcome.seed) for outcome in outcomes}
     best = _best(wanted)
     ideal = [
-        Outcome(surface=surface, seed=seed, state="DONE", metrics={wanted.metric: best})
+        TrialOutcome(surface=surface, seed=seed, state="DONE", metrics={wanted.metric: best})
         for surface, seed in places
         if (surface, seed) not in walked
     ]
@@ -114,7 +115,7 @@ def _best(wanted: Objective | Constraint) -> float:
 def _beaten(
     objective: Objective,
     racing: Racing,
-    outcomes: Sequence[Outcome],
+    outcomes: Sequence[TrialOutcome],
     places: Sequence[Place],
     rival: Rival,
 ) -> str:
@@ -137,9 +138,9 @@ def _beaten(
     return ""
 
 
-def _worst_ground(objective: Objective, outcomes: Sequence[Outcome]) -> list[Outcome]:
+def _worst_ground(objective: Objective, outcomes: Sequence[TrialOutcome]) -> list[TrialOutcome]:
     """A rival's trials on the ground that decides its worst value."""
-    grounds: dict[str, list[Outcome]] = {}
+    grounds: dict[str, list[TrialOutcome]] = {}
     for outcome in outcomes:
         grounds.setdefault(outcome.surface, []).append(outcome)
     sign = 1.0 if objective.direction == "maximize" else -1.0
@@ -147,7 +148,7 @@ def _worst_ground(objective: Objective, outcomes: Sequence[Outcome]) -> list[Out
 
 
 def _pairs(
-    objective: Objective, outcomes: Sequence[Outcome], others: Sequence[Outcome]
+    objective: Objective, outcomes: Sequence[TrialOutcome], others: Sequence[TrialOutcome]
 ) -> list[float]:
     """Candidate minus rival of each shared seed, in the direction that is better."""
     sign = 1.0 if objective.direction == "maximize" else -1.0
@@ -163,7 +164,7 @@ def _pairs(
     return pairs
 
 
-def _by_place(objective: Objective, outcomes: Sequence[Outcome]) -> Mapping[Place, float]:
+def _by_place(objective: Objective, outcomes: Sequence[TrialOutcome]) -> Mapping[Place, float]:
     return {(o.surface, o.seed): counted(objective, o) for o in outcomes}
 
 
@@ -198,16 +199,9 @@ def _by_mean(pairs: Sequence[float], doubt: float) -> bool:
 
 def best_of(study: Study, rivals: Sequence[Rival]) -> tuple[Rival, ...]:
     """The rival, or with several objectives the rivals, that nobody who may win beats."""
-    judged = [(rival, evaluate(study, rival.outcomes)) for rival in rivals]
-    signs = [1.0 if o.direction == "minimize" else -1.0 for o in study.objectives]
-    costs = [
-        (tuple(s * value for s, value in zip(signs, found.objectives, strict=True)), rival)
-        for rival, found in judged
-        if found.feasible
-    ]
-    costs.sort(key=lambda pair: (pair[0], pair[1].number))
-    front: list[tuple[tuple[float, ...], Rival]] = []
-    for cost, rival in costs:
-        if not any(all(a <= b for a, b in zip(kept, cost, strict=True)) for kept, _ in front):
-            front.append((cost, rival))
-    return tuple(rival for _, rival in front)
+    rated = []
+    for rival in rivals:
+        evaluation = evaluate(study, rival.outcomes)
+        if evaluation.feasible:
+            rated.append((costs(study, evaluation.objectives), rival))
+    return unbeaten(sorted(rated, key=lambda pair: (pair[0], pair[1].number)))

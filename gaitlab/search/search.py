@@ -1,38 +1,132 @@
 """The search: ask for a batch, walk it, tell what became of it, until there are enough.
 
-A batch is asked for when everything before it is told, from a seed that hangs on the study alone,
-and all of it is told before the next. So what a search finds does not depend on how many workers
-there are, on which trial ends first, or on how often it was killed; only several coordinators that
-share a search are free to interleave.
+A batch is asked for when everything before it is finished, from a seed that hangs on the study
+alone, and all of it is told before the next. So what a search finds does not depend on how many
+workers there are, on which trial ends first, or on how often it was killed; only several processes
+that share a search are free to interleave.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from contextlib import closing
+from collections.abc import Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from signal import SIGINT
+from typing import Literal, TypeAlias
 
 from gaitlab.dispatch.basis import basis
 from gaitlab.dispatch.signals import stoppable
 from gaitlab.executors import Executor, Processes, Serial, simulated
-from gaitlab.experiment import Experiment, Value
-from gaitlab.experiment.purposes import study_of
+from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
-from gaitlab.search import Candidate, History
-from gaitlab.search.asking import ask
-from gaitlab.search.coordinators import BEAT
-from gaitlab.search.database import Database
-from gaitlab.search.entries import Pending
-from gaitlab.search.heats import Heats
-from gaitlab.search.request import asks_for
-from gaitlab.search.space import hand_set, key
-from gaitlab.search.tally import Careful, Ending, Nobody, Searched, Tally, Told, last_improvement
-from gaitlab.search.walks import Stopped, Walks
+from gaitlab.search import heartbeat
+from gaitlab.search.batch import Race, Stopped, TrialRunner
+from gaitlab.search.candidates import Candidate, History
+from gaitlab.search.database import Database, Pending, asks_for
+from gaitlab.search.sampling import ask
+from gaitlab.search.space import base_values, key
 from gaitlab.store import Held, Listed, Store
 from gaitlab.store.store import TABLE_FROM
+
+# Why a search has ended: all candidates are finished; no improvement for long; the space holds no
+# more; another process walks the last ones; somebody pressed Ctrl-C.
+SearchEnding: TypeAlias = Literal["complete", "no improvement", "exhausted", "elsewhere", "stopped"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchStatus:
+    """A search at an instant.
+
+    Attributes:
+        history: The finished candidates.
+        total: Candidates to try.
+        walking: Candidates of the batch under way.
+        alive: Of those, how many were not given up.
+        walked: Trials that this run has simulated.
+        simulated: Their simulated time, in [s].
+        seconds: Wall time of this run, in [s].
+        begun: Candidates that were finished before this run.
+    """
+
+    history: History
+    total: int
+    walking: int = 0
+    alive: int = 0
+    walked: int = 0
+    simulated: float = 0.0
+    seconds: float = 0.0
+    begun: int = 0
+
+    @property
+    def finished(self) -> int:
+        """Candidates that are finished."""
+        return len(self.history.candidates)
+
+    def count(self, state: str) -> int:
+        """Candidates that are finished in a state."""
+        return sum(candidate.state == state for candidate in self.history.candidates)
+
+    @property
+    def rate(self) -> float:
+        """Simulated seconds per second of wall time."""
+        return self.simulated / self.seconds if self.seconds else 0.0
+
+    @property
+    def time_left(self) -> float | None:
+        """Wall time until the end at the pace of this run, in [s]; None before any is finished."""
+        done = self.finished - self.begun
+        return self.seconds / done * max(0, self.total - self.finished) if done else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchResult:
+    """A search when it has ended or was stopped.
+
+    Attributes:
+        status: Where it stands.
+        ending: Why it ended.
+        cached: Trials of the candidates finished in this run that the store held already.
+        elsewhere: Processes that are walking the rest.
+        place: Where the database is.
+    """
+
+    status: SearchStatus
+    ending: SearchEnding
+    cached: int
+    elsewhere: tuple[str, ...]
+    place: str
+
+    @property
+    def history(self) -> History:
+        """The finished candidates."""
+        return self.status.history
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to search, here or elsewhere."""
+        return self.ending not in ("stopped", "elsewhere")
+
+    def with_history(self, history: History) -> SearchResult:
+        """The same after the final."""
+        return replace(self, status=replace(self.status, history=history))
+
+
+class SearchCallback:
+    """Is called while a search goes on; does nothing unless a subclass does."""
+
+    def start(self, status: SearchStatus) -> None:
+        """It is known where the search stands; nothing has walked."""
+
+    def update(self, status: SearchStatus) -> None:
+        """A trial has ended or candidates are finished."""
+
+    def message(self, text: str) -> None:
+        """Something the user should know now."""
+
+    def finish(self, status: SearchStatus) -> None:
+        """Nothing walks any more."""
 
 
 def optimize(
@@ -41,9 +135,9 @@ def optimize(
     *,
     jobs: int,
     storage: str | None = None,
-    told: Told | None = None,
-) -> Searched:
-    """Go on with the search of a study until its total of candidates is told.
+    callback: SearchCallback | None = None,
+) -> SearchResult:
+    """Go on with the search of a study until its total of candidates is finished.
 
     The first Ctrl-C, or SIGTERM, lets the running trials end; the second Ctrl-C kills them. Either
     way the same call goes on from there.
@@ -54,7 +148,7 @@ def optimize(
         jobs: Worker processes; 0 walks every trial in this process.
         storage: Address of a database that several machines share; by default a file of the
             store.
-        told: Who is told.
+        callback: Is called as the search goes on; a terminal that has gone stops no search.
 
     Raises:
         UsageError: If the experiment is no study, or the sampler's library is missing.
@@ -67,12 +161,21 @@ def optimize(
     with store.lock() as held, Database.opened(experiment, store, storage, wanted) as database:
         task = partial(simulated, store=store.path)
         executor = Processes(task, jobs) if jobs else Serial(task)
-        careful = Careful(told or Nobody())
-        search = _Search(experiment, study, store, held, database, executor, careful)
-        return search.run(max(1, jobs), shared=storage is not None)
+        search = _Search(
+            experiment=experiment,
+            study=study,
+            store=store,
+            held=held,
+            database=database,
+            executor=executor,
+            workers=max(1, jobs),
+            shared=storage is not None,
+            callback=callback or SearchCallback(),
+        )
+        return search.run()
 
 
-@dataclass
+@dataclass(kw_only=True)
 class _Search:
     """One run of a search."""
 
@@ -82,140 +185,131 @@ class _Search:
     held: Held
     database: Database
     executor: Executor
-    told: Careful
-    shared: bool = False
+    workers: int
+    shared: bool
+    callback: SearchCallback
     start: float = field(default_factory=time.monotonic)
     beaten: float = field(default_factory=time.monotonic)
     stopping: bool = False
     begun: int = 0
-    reused: int = 0
-    tally: Tally = field(init=False)
-    walks: Walks = field(init=False)
+    cached: int = 0
+    status: SearchStatus = field(init=False)
+    runner: TrialRunner = field(init=False)
     lines: dict[int, list[Listed]] = field(default_factory=dict)
 
-    def run(self, workers: int, shared: bool) -> Searched:
+    def run(self) -> SearchResult:
         """Search until it is done or somebody stops it."""
-        self.shared = shared
-        self.walks = Walks(self.store, self.held, self.executor, workers, self._walked)
-        self.begun = len(self.database.told())
-        self.tally = self._tally(self.database.told())
+        self.runner = TrialRunner(self.store, self.held, self.executor, self.workers, self._walked)
+        candidates = self.database.candidates()
+        self.begun = len(candidates)
         self._say_if_rebuilt()
+        self._finished(candidates)
         with stoppable(self._stop):
-            self.told.start(self.tally)
+            with suppress(OSError):
+                self.callback.start(self.status)
             try:
-                with closing(self.walks):
+                with closing(self.runner):
                     ending = self._search()
             finally:
-                self.told.finish(self.tally)
+                with suppress(OSError):
+                    self.callback.finish(self.status)
             if len(self.store.compact().entries) >= TABLE_FROM:
                 self.store.tabulate()
-        return Searched(
-            tally=self.tally,
+        others = (name for name in self.database.living() if name != self.database.me)
+        return SearchResult(
+            status=self.status,
             ending=ending,
-            used_before=self.reused,
-            elsewhere=self._others(),
+            cached=self.cached,
+            elsewhere=tuple(others),
             place=self.database.place,
         )
 
-    def _search(self) -> Ending:
-        heats = Heats(
+    def _search(self) -> SearchEnding:
+        race = Race(
             experiment=self.experiment,
-            walks=self.walks,
-            shown=self.database.report,
+            runner=self.runner,
+            report=self.database.report,
             alive=self._alive,
         )
-        self._register(self.database.told())
         try:
             while True:
                 self._pause()
-                found = self._next_batch()
-                if isinstance(found, str):
-                    return found
-                self._walk(heats, found)
+                batch = self._next_batch()
+                if isinstance(batch, str):
+                    return batch
+                self._walk(race, batch)
         except Stopped:
             return "stopped"
 
     def _say_if_rebuilt(self) -> None:
         earlier = self.store.earlier(self.experiment.listed_as)
         if self.database.fresh and earlier and earlier[0].trials and not self.shared:
-            self.told.message(
+            self._message(
                 f"{self.database.place} is new, but the store knows this study: the search is "
                 "repeated from the start, and trials that are there are not simulated again"
             )
 
-    def _walk(self, heats: Heats, batch: Sequence[Pending]) -> None:
-        told = self.database.told()
-        before = [candidate for candidate in told if candidate.number < batch[0].number]
-        best = History(experiment=self.experiment, candidates=tuple(before)).front
-        rivals = [rival for rival in map(heats.rival, best) if rival is not None]
-        self._show(walking=len(batch), alive=len(batch))
-        results = heats.run(batch, rivals)
-        known = {candidate.number for candidate in told}
-        for candidate in results:
-            if candidate.number not in known:
+    def _walk(self, race: Race, batch: Sequence[Pending]) -> None:
+        known = self.database.candidates()
+        before = tuple(candidate for candidate in known if candidate.number < batch[0].number)
+        best = History(experiment=self.experiment, candidates=before).front
+        rivals = [rival for rival in map(race.rival, best) if rival is not None]
+        self.status = replace(self.status, walking=len(batch), alive=len(batch))
+        self._show()
+        numbers = {candidate.number for candidate in known}
+        for candidate in race.run(batch, rivals):
+            if candidate.number not in numbers:
                 self.database.tell(candidate)
-        self.reused += sum(
-            not self.walks.made(trial_id)
-            for candidate in results
-            for trial_id in candidate.trial_ids
-            if candidate.number not in known
-        )
-        everything = self.database.told()
-        self._register(everything)
-        self.tally = self._tally(everything)
-        self.told.update(self.tally)
+                self.cached += sum(not self.runner.made(trial) for trial in candidate.trial_ids)
+        self._finished(self.database.candidates())
+        self._update()
 
-    def _next_batch(self) -> Sequence[Pending] | Ending:
+    def _next_batch(self) -> Sequence[Pending] | SearchEnding:
         """What to walk next, or why there is nothing."""
-        database, living = self.database, self._living()
+        database, living = self.database, self.database.living()
         pending = database.pending()
         orphans = [p for p in pending if p.owner == database.me or p.owner not in living]
         if orphans:
             return self._taken_over(orphans[0], living)
-        told = database.told()
-        if self._gone_stale(told):
+        candidates = database.candidates()
+        if self._gone_stale(candidates):
             return "no improvement"
-        room = self.study.trials - len(told) - len(pending)
+        begun = len(candidates) + len(pending)
+        room = self.study.trials - begun
         if room <= 0:
             return "elsewhere" if pending else "complete"
-        first = None if told or pending else hand_set(self.experiment, self.study)
-        salt = living.index(database.me) + 1 if len(living) > 1 else 0
-        running = [other.values for other in pending]
-        proposals = ask(self.study, database.remembered(), first=first, running=running, salt=salt)
+        proposals = ask(
+            self.study,
+            database.observations(),
+            first=None if begun else base_values(self.experiment, self.study),
+            running=[other.values for other in pending],
+            salt=living.index(database.me) + 1 if len(living) > 1 else 0,
+        )
         if not proposals:
             return "elsewhere" if pending else "exhausted"
-        return database.add(proposals[:room], len(told) + len(pending), self.study.trials) or (
-            self._next_batch()
-        )
+        return database.add(proposals[:room], begun, self.study.trials) or self._next_batch()
 
     def _taken_over(self, orphan: Pending, living: Sequence[str]) -> Sequence[Pending]:
-        """The batch of a candidate that a coordinator left behind, completed if it was alone."""
+        """The batch of a candidate that another process left behind, completed if it was alone."""
         database = self.database
         batch = database.batch_of(orphan)
         database.take_over([p for p in database.pending() if p in batch])
         missing = min(self.study.batch, self.study.trials - orphan.batch) - len(batch)
-        earlier = database.remembered(before=batch[0].number)
+        earlier = database.observations(before=batch[0].number)
         if missing > 0 and len(earlier) == orphan.batch and len(living) == 1:
-            first = None if earlier else hand_set(self.experiment, self.study)
+            first = None if earlier else base_values(self.experiment, self.study)
             there = {key(p.values) for p in batch}
             again = ask(self.study, earlier, first=first)
             lost = [p for p in again if key(p.values) not in there][:missing]
             database.add(lost, orphan.batch, self.study.trials, asked_by=orphan.asked_by)
         return database.batch_of(orphan)
 
-    def _gone_stale(self, told: Sequence[Candidate]) -> bool:
-        if self.study.early_stop is None or not told:
+    def _gone_stale(self, candidates: Sequence[Candidate]) -> bool:
+        if self.study.early_stop is None or not candidates:
             return False
-        history = History(experiment=self.experiment, candidates=tuple(told))
-        after = [c for c in told if c.number > last_improvement(history)]
+        history = History(experiment=self.experiment, candidates=tuple(candidates))
+        after = [c for c in candidates if c.number > history.last_improvement]
         return len(after) >= self.study.early_stop
-
-    def _living(self) -> tuple[str, ...]:
-        """Coordinators; a file in the store has one, for it holds the store."""
-        return self.database.living() if self.shared else (self.database.me,)
-
-    def _others(self) -> tuple[str, ...]:
-        return tuple(name for name in self._living() if name != self.database.me)
 
     def _pause(self) -> None:
         if self.stopping:
@@ -226,45 +320,53 @@ class _Search:
             raise KeyboardInterrupt
         self.stopping = True
         self.executor.drain()
-        self.told.message(f"stopping: {self.executor.running} running trials are finished first")
+        self._message(f"stopping: {self.executor.running} running trials are finished first")
 
     def _walked(self) -> None:
         """A trial has ended."""
-        if self.shared and time.monotonic() - self.beaten > BEAT:
+        if self.shared and time.monotonic() - self.beaten > heartbeat.INTERVAL:
             self.beaten = time.monotonic()
             self.database.beat()
         self._show()
 
     def _alive(self, count: int) -> None:
         self._pause()
-        self._show(alive=count)
+        self.status = replace(self.status, alive=count)
+        self._show()
 
-    def _show(self, walking: int | None = None, alive: int | None = None) -> None:
-        self.tally = replace(
-            self.tally,
-            walking=self.tally.walking if walking is None else walking,
-            alive=self.tally.alive if alive is None else alive,
-            walked=self.walks.count,
-            simulated=self.walks.seconds,
+    def _show(self) -> None:
+        self.status = replace(
+            self.status,
+            walked=self.runner.count,
+            simulated=self.runner.seconds,
             seconds=time.monotonic() - self.start,
         )
-        self.told.update(self.tally)
+        self._update()
 
-    def _tally(self, candidates: Sequence[Candidate]) -> Tally:
-        return Tally(
-            history=History(experiment=self.experiment, candidates=tuple(candidates)),
+    def _update(self) -> None:
+        with suppress(OSError):
+            self.callback.update(self.status)
+
+    def _message(self, text: str) -> None:
+        with suppress(OSError):
+            self.callback.message(text)
+
+    def _finished(self, candidates: tuple[Candidate, ...]) -> None:
+        """Take in the finished candidates, and list their trials in the store.
+
+        So tables and queries know whose they are.
+        """
+        self.status = SearchStatus(
+            history=History(experiment=self.experiment, candidates=candidates),
             total=self.study.trials,
-            walked=self.walks.count,
-            simulated=self.walks.seconds,
+            walked=self.runner.count,
+            simulated=self.runner.seconds,
             seconds=time.monotonic() - self.start,
             begun=self.begun,
         )
-
-    def _register(self, told: Sequence[Candidate]) -> None:
-        """List the trials of the candidates, so that tables and queries know whose they are."""
-        for candidate in told:
+        for candidate in candidates:
             if candidate.number not in self.lines:
-                self.lines[candidate.number] = list(_lines(self.experiment, candidate))
+                self.lines[candidate.number] = _lines(self.experiment, candidate)
         lines = [line for number in sorted(self.lines) for line in self.lines[number]]
         self.store.register_lines(self.experiment, lines, basis(self.experiment))
 
@@ -275,12 +377,11 @@ def _lines(experiment: Experiment, candidate: Candidate) -> list[Listed]:
     lines = []
     for place, trial_id in enumerate(candidate.trial_ids):
         seed, ground = divmod(place, len(surfaces))
-        values: Mapping[str, Value] = {**candidate.values, "surface": surfaces[ground]}
         lines.append(
             Listed(
                 trial_id=trial_id,
                 cell=candidate.number * len(surfaces) + ground,
-                values=values,
+                values={**candidate.values, "surface": surfaces[ground]},
                 seed=experiment.seeds[seed],
             )
         )

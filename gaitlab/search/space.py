@@ -64,16 +64,12 @@ def suggested(study: Study, trial: Trial) -> dict[str, Value]:
 
 
 def _suggest(trial: Trial, item: Parameter) -> Value:
-    found: Value
     if isinstance(item, Choices):
-        found = item.options[item.options.index(trial.suggest_categorical(item.path, item.options))]
-    elif item.integer:
-        step = int(item.step or 1)
-        low, high = int(item.low), int(item.high)
-        found = trial.suggest_int(item.path, low, high, step=step, log=item.log)
-    else:
-        found = trial.suggest_float(item.path, item.low, item.high, step=item.step, log=item.log)
-    return found
+        return item.options[item.options.index(trial.suggest_categorical(item.path, item.options))]
+    if item.integer:
+        step, low, high = int(item.step or 1), int(item.low), int(item.high)
+        return int(trial.suggest_int(item.path, low, high, step=step, log=item.log))
+    return float(trial.suggest_float(item.path, item.low, item.high, step=item.step, log=item.log))
 
 
 def at(study: Study, place: np.ndarray) -> dict[str, Value]:
@@ -96,14 +92,14 @@ def _stretched(item: Parameter, share: float) -> Value:
         return item.options[int(share * len(item.options))]
     if item.log:
         low, high = (item.low - 0.5, item.high + 0.5) if item.integer else (item.low, item.high)
-        found = low * (high / low) ** share
-        return min(int(item.high), max(int(item.low), round(found))) if item.integer else found
+        value = low * (high / low) ** share
+        return min(int(item.high), max(int(item.low), round(value))) if item.integer else value
     step = item.step or (1.0 if item.integer else None)
     if step is None:
         return item.low + share * (item.high - item.low)
     count = floor((item.high - item.low) / step + 1e-9) + 1
-    found = item.low + step * int(share * count)
-    return round(found) if item.integer else found
+    value = item.low + step * int(share * count)
+    return round(value) if item.integer else value
 
 
 def rounded(item: Parameter, value: Value) -> Value:
@@ -111,10 +107,10 @@ def rounded(item: Parameter, value: Value) -> Value:
     if isinstance(item, Choices) or item.integer or not isinstance(value, float):
         return value
     if item.log:
-        found = float(f"{value:.{DIGITS + 1}g}")
+        short = float(f"{value:.{DIGITS + 1}g}")
     else:
-        found = round(value, DIGITS + ceil(-log10(item.high - item.low)))
-    return min(item.high, max(item.low, found))
+        short = round(value, DIGITS + ceil(-log10(item.high - item.low)))
+    return min(item.high, max(item.low, short))
 
 
 def in_order(study: Study, values: Mapping[str, Value]) -> dict[str, Value]:
@@ -127,15 +123,15 @@ def key(values: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
     return tuple(sorted(values.items()))
 
 
-def hand_set(experiment: Experiment, study: Study) -> dict[str, Value] | None:
+def base_values(experiment: Experiment, study: Study) -> dict[str, Value] | None:
     """The values that the experiment starts from, if the space holds them."""
     values: dict[str, Value] = {}
     for item in ordered(study):
-        found = experiment.parts.base_values(item.path)
+        base = experiment.parts.base_values(item.path)
         if wanted(item, values):
-            if len(found) != 1 or not _holds(item, found[0]):
+            if len(base) != 1 or not _holds(item, base[0]):
                 return None
-            values[item.path] = found[0]
+            values[item.path] = base[0]
     return in_order(study, values)
 
 

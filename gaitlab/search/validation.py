@@ -1,8 +1,4 @@
-"""After the search: is the winner real, does it walk elsewhere, and how far may it drift?
-
-Everything here is ordinary experiments, so what is in the store is never walked again, and a check
-goes on where it was stopped.
-"""
+"""After the search: is the winner real, does it walk elsewhere, and how far may it drift?"""
 
 from __future__ import annotations
 
@@ -13,37 +9,20 @@ from gaitlab.dispatch.outlook import WALL_RATIO
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.study import Numbers
 from gaitlab.plan import plan
-from gaitlab.search import Candidate, History
-from gaitlab.search.results import DEFAULT, WINNER, Margins, Rerun
-from gaitlab.search.validation_around import Around, Run
-from gaitlab.search.validation_experiments import (
-    FIRST_FRESH,
+from gaitlab.search.candidates import Candidate, History
+from gaitlab.search.fresh import (
+    DEFAULT,
+    WINNER,
+    Rerun,
+    Run,
     default_experiment,
-    fresh_seeds,
     margin_seeds,
     missing,
-    random_sibling,
     rerun,
     winner_experiment,
 )
-from gaitlab.search.validation_margins import MOST_STEPS
+from gaitlab.search.margins import MOST_STEPS, Around, Margins
 from gaitlab.store import Store
-
-__all__ = [
-    "FIRST_FRESH",
-    "Effort",
-    "Run",
-    "Validation",
-    "chosen_of",
-    "default_experiment",
-    "effort",
-    "fresh_seeds",
-    "random_sibling",
-    "rerun",
-    "running",
-    "validate",
-    "winner_experiment",
-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,33 +47,36 @@ class Effort:
     """What a validation takes at most.
 
     Attributes:
+        chosen: Candidate that is walked again.
         walks: Trials.
         seconds: Wall time, in [s].
     """
 
+    chosen: Candidate
     walks: int
     seconds: float
 
 
-def chosen_of(history: History) -> Candidate | None:
-    """The candidate to walk again: the best, or the middle one of a Pareto front."""
-    if history.best is not None or not history.front:
-        return history.best
-    return history.front[len(history.front) // 2]
+def effort(history: History, store: Store, jobs: int, *, around: bool = True) -> Effort | None:
+    """What is missing at most, if no robot falls; None if nothing is, or there is no winner."""
+    walked = validate(history, store, walk_nothing, around=around)
+    if walked is None or not walked.stopped:
+        return None
+    index, experiment = store.index(), history.experiment
+    winner = winner_experiment(history, walked.chosen)
+    walks = len(missing(winner, index)) + len(missing(default_experiment(experiment), index))
+    if around:
+        numbers = sum(isinstance(item, Numbers) for item in history.study.search)
+        seeds, grounds = len(margin_seeds(experiment)), len(experiment.parts.surfaces)
+        walks += 2 * MOST_STEPS * numbers * seeds * grounds
+    seconds = walks * plan(winner).seconds * WALL_RATIO / max(1, jobs)
+    return Effort(chosen=walked.chosen, walks=walks, seconds=seconds)
 
 
-def effort(
-    history: History, chosen: Candidate, store: Store, jobs: int, *, around: bool = True
-) -> Effort:
-    """What is missing at most, if no robot falls."""
-    index = store.index()
-    found = [winner_experiment(history, chosen), default_experiment(history.experiment)]
-    walks = sum(len(missing(one, index)) for one in found)
-    numbers = [item for item in history.study.search if isinstance(item, Numbers)]
-    margins = 2 * MOST_STEPS * len(numbers) * len(margin_seeds(history.experiment))
-    walks += margins * len(history.experiment.parts.surfaces) if around else 0
-    seconds = walks * plan(found[0]).seconds * WALL_RATIO / max(1, jobs)
-    return Effort(walks=walks, seconds=seconds)
+def walk_nothing(experiment: Experiment) -> bool:
+    """Run nothing: what the store lacks stays missing."""
+    del experiment
+    return False
 
 
 def running(store: Store, jobs: int, progress: Progress | None = None) -> Run:
@@ -115,17 +97,17 @@ def validate(history: History, store: Store, run: Run, *, around: bool = True) -
         run: Carries out an experiment. One that does nothing makes this a reading of the store.
         around: Whether to walk around the winner's values too.
     """
-    chosen = chosen_of(history)
+    chosen = history.representative
     if chosen is None:
         return None
-    wanted = {
+    experiments = {
         WINNER: winner_experiment(history, chosen),
         DEFAULT: default_experiment(history.experiment),
     }
-    going = all(run(one) for one in wanted.values() if missing(one, store.index()))
+    going = all(run(wanted) for wanted in experiments.values() if missing(wanted, store.index()))
     index = store.index()
-    reruns = tuple(rerun(label, one, index) for label, one in wanted.items())
+    reruns = tuple(rerun(label, wanted, index) for label, wanted in experiments.items())
     if not (going and around):
         return Validation(chosen=chosen, reruns=reruns, margins=None, stopped=not going)
-    found, stopped = Around(history, chosen, store, run).margins()
-    return Validation(chosen=chosen, reruns=reruns, margins=found, stopped=stopped)
+    margins, stopped = Around(history, chosen, store, run).margins()
+    return Validation(chosen=chosen, reruns=reruns, margins=margins, stopped=stopped)

@@ -17,9 +17,9 @@ from gaitlab.metrics import unit_of
 from gaitlab.outputs import write_text
 from gaitlab.plugins import is_file_name
 from gaitlab.provenance import provenance
-from gaitlab.search import Candidate, History
-from gaitlab.search.finals import final_seeds
-from gaitlab.search.validation import fresh_seeds
+from gaitlab.search.candidates import Candidate, History
+from gaitlab.search.final import final_seeds
+from gaitlab.search.fresh import fresh_seeds
 
 FIRST_LINE = "# Winner of a search by gaitlab."  # of every file written here
 SUFFIXES = (".yaml", ".yml")

@@ -124,7 +124,7 @@ def test_nothing_is_written_through_a_link(store: Store, tmp_path: Path, linked:
 
 
 def test_the_database_of_a_search_is_not_opened_behind_a_link(tmp_path: Path) -> None:
-    from gaitlab.search.addresses import database_file, file_storage
+    from gaitlab.search.storage import database_file, file_storage
 
     file = database_file(Store(tmp_path / "data"), "search")
     for link in (file, file.with_name(f"{file.name}-journal"), file.parent):

@@ -20,17 +20,9 @@ from gaitlab.experiment.study import (
     Study,
 )
 from gaitlab.report.study.findings import Findings
-from gaitlab.search.results import (
-    DEFAULT,
-    RANDOM,
-    WINNER,
-    Margin,
-    Margins,
-    Reach,
-    Rerun,
-    Switch,
-    Walk,
-)
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.margins import Margin, Margins, Reach, Switch
+from gaitlab.search.objectives import TrialOutcome
 
 GROUNDS = ("carpet_4mm", "hard_floor", "grass_10mm", "grass_30mm", "grass_50mm")
 TUNED = "carpet_4mm"
@@ -124,7 +116,7 @@ def tried(count: int = 40, objectives: int = 1) -> list[Tried]:
     return found
 
 
-def walks(speed: float, falls: dict[str, int], seeds: int = 10) -> tuple[Walk, ...]:
+def walks(speed: float, falls: dict[str, int], seeds: int = 10) -> tuple[TrialOutcome, ...]:
     """Trials on every ground, of which the first seeds fall; the others differ a little."""
     found = []
     for ground in GROUNDS:
@@ -139,7 +131,7 @@ def walks(speed: float, falls: dict[str, int], seeds: int = 10) -> tuple[Walk, .
             }
             seed_id = 1_000_000 + seed
             found.append(
-                Walk(
+                TrialOutcome(
                     trial_id=f"{ground}-{seed}",
                     surface=ground,
                     seed=seed_id,

@@ -27,7 +27,7 @@ from gaitlab.report.study.tables import (
     winner_table,
 )
 from gaitlab.report.study.together import rows_of, write_pages_together
-from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from tests.report.study_builder import (
     SPEED,
     SWAY,

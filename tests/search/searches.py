@@ -17,9 +17,9 @@ import numpy as np
 
 import gaitlab.search.search
 from gaitlab.experiment import Experiment, load_experiment
-from gaitlab.search import Candidate, history
-from gaitlab.search.search import optimize
-from gaitlab.search.tally import Searched, Told
+from gaitlab.search import Candidate
+from gaitlab.search.database import history
+from gaitlab.search.search import SearchCallback, SearchResult, optimize
 from gaitlab.store import Store, TrialRecord
 
 FILE = Path(__file__).parent.parent / "data" / "pretended_study.yaml"
@@ -112,11 +112,11 @@ def search(
     *settings: str,
     jobs: int = 0,
     task: Any = pretend,
-    told: Told | None = None,
+    callback: SearchCallback | None = None,
     storage: str | None = None,
-) -> Searched:
+) -> SearchResult:
     with walked_by(task):
-        return optimize(study(*settings), store, jobs=jobs, told=told, storage=storage)
+        return optimize(study(*settings), store, jobs=jobs, callback=callback, storage=storage)
 
 
 def told(store: Store, *settings: str, storage: str | None = None) -> tuple[Candidate, ...]:

@@ -9,7 +9,7 @@ import pytest
 
 from gaitlab.cli import run_command_line
 from gaitlab.errors import StoreError
-from gaitlab.search.addresses import server_storage, shown, understood, without_secrets
+from gaitlab.search.storage import server_storage, shown, understood, without_secrets
 
 PASSWORD = "hunter2/@:%&x"
 ESCAPED = quote(PASSWORD, safe="")

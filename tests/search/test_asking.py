@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Value
 from gaitlab.experiment.study import Choices, Condition, Constraint, Numbers, Objective, Study
-from gaitlab.search.asking import Told, ask
+from gaitlab.search.sampling import Observation, ask
 from gaitlab.search.space import DIGITS, at, in_order, key
 
 HEIGHT = Numbers(path="gait.step_height", low=0.01, high=0.06)
@@ -46,15 +46,15 @@ def study(sampler: str = "tpe", search: tuple[Numbers | Choices, ...] = NUMBERS)
     )
 
 
-def told(wanted: Study, batches: int) -> list[Told]:
+def told(wanted: Study, batches: int) -> list[Observation]:
     """A search of a smooth hill; some candidates break the constraint and some are lost."""
-    found: list[Told] = []
+    found: list[Observation] = []
     for _ in range(batches):
         for proposal in ask(wanted, found):
             height = float(proposal.values["gait.step_height"])
             lost = height > 0.055
             found.append(
-                Told(
+                Observation(
                     values=proposal.values,
                     objectives=(-np.inf if lost else -abs(height - 0.04),) * len(wanted.objectives),
                     violations=(0.1 if height < 0.015 else -0.5, 2.0 if lost else 0.0),
@@ -131,9 +131,11 @@ def test_given_values_come_first_and_once() -> None:
 
 def test_a_small_space_is_proposed_whole_and_then_nothing() -> None:
     few = replace(study("tpe", (replace(HEIGHT, step=0.01),)), batch=4)
-    past: list[Told] = []
+    past: list[Observation] = []
     while batch := ask(few, past):
-        past += [Told(values=p.values, objectives=(0.0,), violations=(0.0, 0.0)) for p in batch]
+        past += [
+            Observation(values=p.values, objectives=(0.0,), violations=(0.0, 0.0)) for p in batch
+        ]
     heights = sorted(each.values["gait.step_height"] for each in past)
     assert heights == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
 
@@ -146,7 +148,7 @@ def test_a_low_discrepancy_sequence_goes_on_where_it_was() -> None:
 
 
 def test_gp_without_its_library_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.search.samplers.find_spec", lambda name: None)
+    monkeypatch.setattr("gaitlab.search.sampling.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"pip install 'gaitlab\[gp\]'"):
         ask(study("gp"), [])
 

@@ -10,8 +10,8 @@ import pytest
 
 import gaitlab.dispatch.sweep
 from gaitlab.cli import run_command_line
-from gaitlab.report.study.gathering import commands
-from gaitlab.search.validation import FIRST_FRESH
+from gaitlab.search.database import command_line
+from gaitlab.search.fresh import FIRST_FRESH
 from gaitlab.store import Store
 from tests.search import searches
 
@@ -85,6 +85,7 @@ def test_studies_and_experiments_are_not_mixed_in_a_report(
 
 def test_no_password_stands_on_a_page() -> None:
     address = "postgresql://lab:secret@server/walks"
-    lines = commands(searches.study(), Store(Path("data")), address)
+    wanted, store = searches.study(), Store(Path("data"))
+    lines = [command_line(verb, wanted, store, address) for verb in ("optimize", "report")]
     assert all("lab:***@server" in line for line in lines)
     assert not any("secret" in line for line in lines)

@@ -9,12 +9,21 @@ import pytest
 import gaitlab.dispatch.sweep
 from gaitlab.experiment import Experiment
 from gaitlab.plan import plan
-from gaitlab.search import History, history
-from gaitlab.search.final import decided, due
-from gaitlab.search.finals import FINALISTS, final_experiment, final_seeds, finalists, with_final
-from gaitlab.search.objectives import Outcome, evaluate
-from gaitlab.search.tally import Searched
-from gaitlab.search.validation import fresh_seeds, running
+from gaitlab.search import History
+from gaitlab.search.database import history
+from gaitlab.search.final import (
+    FINALISTS,
+    due_finals,
+    final_experiment,
+    final_seeds,
+    finalists,
+    hold_final,
+    with_final,
+)
+from gaitlab.search.fresh import fresh_seeds
+from gaitlab.search.objectives import TrialOutcome, evaluate
+from gaitlab.search.search import SearchResult
+from gaitlab.search.validation import running
 from gaitlab.store import Store
 from tests.search import searches
 
@@ -27,7 +36,7 @@ def pretended(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def found(folder: Path) -> Searched:
+def found(folder: Path) -> SearchResult:
     return searches.search(Store(folder), *SETTINGS)
 
 
@@ -35,11 +44,11 @@ def nothing(experiment: Experiment) -> bool:
     raise AssertionError(f"{experiment.name} is walked though the store has it")
 
 
-def held(found: Searched, folder: Path) -> History:
+def held(found: SearchResult, folder: Path) -> History:
     store = Store(folder)
-    after, going = decided(found, store, running(store, jobs=0))
+    after, going = hold_final(found.history, store, running(store, jobs=0))
     assert going
-    return after.tally.history
+    return after
 
 
 def test_the_seeds_of_a_final_are_those_of_the_search_and_as_many_that_nobody_else_uses() -> None:
@@ -50,8 +59,8 @@ def test_the_seeds_of_a_final_are_those_of_the_search_and_as_many_that_nobody_el
     assert not set(seeds) & set(fresh_seeds(experiment))
 
 
-def test_the_finalists_are_the_best_that_walked_with_every_seed(found: Searched) -> None:
-    past = found.tally.history
+def test_the_finalists_are_the_best_that_walked_with_every_seed(found: SearchResult) -> None:
+    past = found.history
     chosen = finalists(past)
     assert 1 < len(chosen) <= FINALISTS
     worst = min(one.objectives[0] for one in chosen)
@@ -60,22 +69,22 @@ def test_the_finalists_are_the_best_that_walked_with_every_seed(found: Searched)
     assert all(one.objectives[0] <= worst for one in standing)
 
 
-def test_until_it_was_held_the_search_names_the_best(found: Searched, folder: Path) -> None:
-    past = found.tally.history
+def test_until_it_was_held_the_search_names_the_best(found: SearchResult, folder: Path) -> None:
+    past = found.history
     assert with_final(past, Store(folder)).finals == ()
     assert past.best == finalists(past)[0]
 
 
 def test_the_winner_of_the_final_is_the_best_over_all_its_seeds(
-    found: Searched, folder: Path
+    found: SearchResult, folder: Path
 ) -> None:
     after, store = held(found, folder), Store(folder)
     scores = {}
-    for one in finalists(found.tally.history):
+    for one in finalists(found.history):
         walks = list(plan(final_experiment(after.experiment, one)).trials())
         records = [store.record(item.trial.id) for item in walks]
         outcomes = [
-            Outcome(
+            TrialOutcome(
                 surface="carpet_4mm",
                 seed=item.trial.seed,
                 state=record.state,
@@ -92,21 +101,23 @@ def test_the_winner_of_the_final_is_the_best_over_all_its_seeds(
     assert after.best.seeds == 2 * len(after.experiment.seeds)
 
 
-def test_a_final_is_held_once_and_read_back_from_the_store(found: Searched, folder: Path) -> None:
+def test_a_final_is_held_once_and_read_back_from_the_store(
+    found: SearchResult, folder: Path
+) -> None:
     after, store = held(found, folder), Store(folder)
-    assert due(after, store) == []
-    assert decided(found, store, nothing)[0].tally.history == after
+    assert due_finals(after, store) == []
+    assert hold_final(found.history, store, nothing)[0] == after
     assert history(searches.study(*SETTINGS), store) == after
 
 
-def test_a_stopped_final_decides_nothing(found: Searched, folder: Path) -> None:
-    after, going = decided(found, Store(folder), lambda experiment: False)
+def test_a_stopped_final_decides_nothing(found: SearchResult, folder: Path) -> None:
+    after, going = hold_final(found.history, Store(folder), lambda experiment: False)
     assert not going
-    assert after == found
+    assert after == found.history
 
 
 def test_several_objectives_have_a_front_and_no_final(folder: Path) -> None:
     both = "study.objectives=[{maximize: walking_speed}, {maximize: stable}]"
     found = searches.search(Store(folder), *SETTINGS, "study.sampler=random", both)
-    assert found.tally.history.front
-    assert finalists(found.tally.history) == ()
+    assert found.history.front
+    assert finalists(found.history) == ()

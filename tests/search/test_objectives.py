@@ -13,7 +13,7 @@ from gaitlab.experiment import study as s
 from gaitlab.experiment.falling import BACKWARDS, MEASURED, MISLEADING, NOWHERE
 from gaitlab.metrics import metric
 from gaitlab.search.objectives import (
-    Outcome,
+    TrialOutcome,
     aggregated,
     counted,
     evaluate,
@@ -72,17 +72,19 @@ STUDIES = st.builds(
 )
 
 
-def standing(surface: str = "floor", seed: int = 0, **metrics: float) -> Outcome:
+def standing(surface: str = "floor", seed: int = 0, **metrics: float) -> TrialOutcome:
     found = {"fell": False, "stable": True, "walked_time": 10.0, "upright_time": 10.0, **metrics}
-    return Outcome(surface=surface, seed=seed, state="DONE", metrics=found)
+    return TrialOutcome(surface=surface, seed=seed, state="DONE", metrics=found)
 
 
-def fallen(surface: str = "floor", seed: int = 0, after: float = 1.0, **metrics: float) -> Outcome:
+def fallen(
+    surface: str = "floor", seed: int = 0, after: float = 1.0, **metrics: float
+) -> TrialOutcome:
     found = {"fell": True, "stable": False, "walked_time": after, "upright_time": after, **metrics}
-    return Outcome(surface=surface, seed=seed, state="DONE", metrics=found)
+    return TrialOutcome(surface=surface, seed=seed, state="DONE", metrics=found)
 
 
-def unwalked(trial: Outcome) -> Outcome:
+def unwalked(trial: TrialOutcome) -> TrialOutcome:
     return replace(trial, state="INFEASIBLE", metrics={})
 
 
@@ -286,7 +288,7 @@ def test_a_value_that_is_not_defined_is_told_apart_from_a_miss_and_from_a_fall()
 
     def told(fell: bool, **metrics: float) -> str:
         known = {"fell": fell, "walked_time": 1.0, **metrics}
-        found = evaluate(asked, [Outcome(surface="a", seed=0, state="DONE", metrics=known)])
+        found = evaluate(asked, [TrialOutcome(surface="a", seed=0, state="DONE", metrics=known)])
         return "; ".join(misses(asked, found.objectives, found.violations))
 
     assert told(False, energy=1.0, zmp_margin_p5=0.2) == ""

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.experiment.study import Aggregate, Constraint, Numbers, Objective, Racing, Study
-from gaitlab.search.objectives import Outcome, evaluate, score
+from gaitlab.search.objectives import TrialOutcome, evaluate, score
 from gaitlab.search.racing import Rival, best_of, hopeless, reachable
 
 SEEDS = 8
@@ -40,11 +40,11 @@ def study(*objectives: Objective, constraints: tuple[Constraint, ...] = ()) -> S
     )
 
 
-def outcomes(speeds: np.ndarray, falls: np.ndarray | None = None) -> list[Outcome]:
+def outcomes(speeds: np.ndarray, falls: np.ndarray | None = None) -> list[TrialOutcome]:
     """One trial a place, in the order of the places."""
     fell = np.zeros(len(speeds), dtype=bool) if falls is None else falls
     return [
-        Outcome(
+        TrialOutcome(
             surface=surface,
             seed=seed,
             state="DONE",
@@ -74,7 +74,7 @@ trials = (
     trials, st.integers(1, len(PLACES)), st.sampled_from(AGGREGATES), st.sampled_from(AGGREGATES)
 )
 def test_nothing_better_comes_than_what_is_reachable(
-    whole: list[Outcome], walked: int, seeds: Aggregate, surfaces: Aggregate
+    whole: list[TrialOutcome], walked: int, seeds: Aggregate, surfaces: Aggregate
 ) -> None:
     for wanted in (SPEED, STABLE, replace(SPEED, direction="minimize")):
         item = replace(wanted, over_seeds=seeds, over_surfaces=surfaces)
@@ -84,7 +84,7 @@ def test_nothing_better_comes_than_what_is_reachable(
 
 @given(trials, st.integers(2, len(PLACES)), st.sampled_from(AGGREGATES))
 def test_a_candidate_stopped_by_a_constraint_would_have_broken_it(
-    whole: list[Outcome], walked: int, seeds: Aggregate
+    whole: list[TrialOutcome], walked: int, seeds: Aggregate
 ) -> None:
     wanted = study(constraints=(replace(STABLE, over_seeds=seeds),))
     if hopeless(wanted, whole[:walked], PLACES, []):
@@ -93,7 +93,7 @@ def test_a_candidate_stopped_by_a_constraint_would_have_broken_it(
 
 @given(trials, trials, st.integers(2, len(PLACES)))
 def test_a_candidate_called_certainly_worse_would_have_been(
-    one: list[Outcome], other: list[Outcome], walked: int
+    one: list[TrialOutcome], other: list[TrialOutcome], walked: int
 ) -> None:
     worst = replace(SPEED, over_seeds=Aggregate(kind="worst"), over_surfaces=AGGREGATES[1])
     wanted = study(worst)
@@ -104,7 +104,7 @@ def test_a_candidate_called_certainly_worse_would_have_been(
 
 @given(trials, trials, st.integers(2, len(PLACES)), st.randoms(use_true_random=False))
 def test_the_order_in_which_trials_ended_decides_nothing(
-    one: list[Outcome], other: list[Outcome], walked: int, chance: object
+    one: list[TrialOutcome], other: list[TrialOutcome], walked: int, chance: object
 ) -> None:
     mixed = one[:walked]
     chance.shuffle(mixed)  # type: ignore[attr-defined]
@@ -114,7 +114,7 @@ def test_the_order_in_which_trials_ended_decides_nothing(
 
 
 @given(trials, st.integers(2, len(PLACES)))
-def test_nobody_loses_against_an_equal(whole: list[Outcome], walked: int) -> None:
+def test_nobody_loses_against_an_equal(whole: list[TrialOutcome], walked: int) -> None:
     assert hopeless(study(), whole[:walked], PLACES, [Rival(number=1, outcomes=whole)]) == ""
 
 

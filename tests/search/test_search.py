@@ -18,8 +18,8 @@ import pytest
 
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.executors import simulated
-from gaitlab.search.addresses import database_file
-from gaitlab.search.tally import Nobody, Tally
+from gaitlab.search.search import SearchCallback, SearchStatus
+from gaitlab.search.storage import database_file
 from gaitlab.store import Store, fingerprint
 from tests.reliability.drivers import until
 from tests.reliability.sweeps import committed
@@ -76,7 +76,7 @@ def test_a_search_tells_every_candidate_once(whole: Store) -> None:
 def test_a_finished_search_does_nothing_more(whole: Store) -> None:
     before = told(whole)
     again = search(whole)
-    assert (again.ending, again.tally.walked) == ("complete", 0)
+    assert (again.ending, again.status.walked) == ("complete", 0)
     assert told(whole) == before
 
 
@@ -93,8 +93,8 @@ def test_a_search_whose_database_is_lost_is_rebuilt_from_its_trials(
     search(store)
     database_file(store, "pretended_study").unlink()
     again = search(store)
-    assert again.tally.walked == 0
-    assert again.used_before == sum(len(c.trial_ids) for c in told(store))
+    assert again.status.walked == 0
+    assert again.cached == sum(len(c.trial_ids) for c in told(store))
     assert told(store) == told(whole)
 
 
@@ -116,14 +116,14 @@ def test_trials_of_a_search_are_listed_under_its_name(whole: Store) -> None:
     assert set(seeds) == {2, 4}
 
 
-class Stopper(Nobody):
+class Stopper(SearchCallback):
     """Presses Ctrl-C after some trials."""
 
     def __init__(self, after: int) -> None:
         self.after, self.messages = after, list[str]()
 
-    def update(self, tally: Tally) -> None:
-        if tally.walked == self.after:
+    def update(self, status: SearchStatus) -> None:
+        if status.walked == self.after:
             self.after = -1
             signal.raise_signal(signal.SIGINT)
 
@@ -137,10 +137,10 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not(
     whole: Store, store: Store, jobs: int
 ) -> None:
     stopper = Stopper(after=13)
-    first = search(store, jobs=jobs, told=stopper)
+    first = search(store, jobs=jobs, callback=stopper)
     assert first.ending == "stopped"
     assert stopper.messages
-    assert first.tally.told < TOTAL
+    assert first.status.finished < TOTAL
     search(store)
     assert told(store) == told(whole)
     assert_finished(store)
@@ -244,26 +244,26 @@ def test_an_experiment_is_no_study(store: Store) -> None:
 def test_a_space_without_more_to_try_ends_the_search(store: Store) -> None:
     few = ("study.search={gait.step_height: {low: 0.02, high: 0.03, step: 0.005}}",)
     found = search(store, *few)
-    assert (found.ending, found.tally.told) == ("exhausted", 3)
+    assert (found.ending, found.status.finished) == ("exhausted", 3)
     assert search(store, *few).ending == "exhausted"
 
 
 def test_a_search_without_improvement_ends_early(store: Store) -> None:
     found = search(store, "study.early_stop=4", "study.trials=100", "study.sampler=random")
     assert found.ending == "no improvement"
-    best = found.tally.history.best
+    best = found.history.best
     assert best is not None
-    assert 4 <= found.tally.told - 1 - best.number < 8
+    assert 4 <= found.status.finished - 1 - best.number < 8
     assert search(store, "study.early_stop=4", "study.trials=100", "study.sampler=random").ending
 
 
 def test_a_search_in_which_all_fall_says_what_came_nearest(store: Store) -> None:
-    from gaitlab.search.advice import nothing_allowed
+    from gaitlab.cli.search_text import nothing_allowed
 
     found = search(store, task=searches.fall)
     assert found.ending == "complete"
-    assert found.tally.history.best is None
-    text = "\n".join(nothing_allowed(found.tally.history))
+    assert found.history.best is None
+    text = "\n".join(nothing_allowed(found.history))
     assert "No candidate of 18" in text
     assert "Nearest misses" in text
     assert "stable >= 0.5 (1)" in text
@@ -273,8 +273,8 @@ def test_racing_walks_less_and_finds_as_much(whole: Store, store: Store) -> None
     found = search(store, "study.racing=off")
     raced = search(whole)
     assert {c.state for c in told(store, "study.racing=off")} <= {"done", "infeasible"}
-    assert raced.tally.history.used < 0.8 * found.tally.history.used
-    assert found.tally.history.saving == 0.0
+    assert raced.history.used < 0.8 * found.history.used
+    assert found.history.saving == 0.0
 
 
 @pytest.mark.long
@@ -283,7 +283,7 @@ def test_every_sampler_goes_on_as_if_it_had_not_been_stopped(folder: Path, sampl
     settings = (f"study.sampler={sampler}", "study.trials=12", "seeds=2", "study.racing=off")
     one, two = Store(folder / "one"), Store(folder / "two")
     search(one, *settings)
-    search(two, *settings, told=Stopper(after=17))
+    search(two, *settings, callback=Stopper(after=17))
     search(two, *settings)
     assert told(one, *settings) == told(two, *settings)
 
@@ -300,10 +300,10 @@ def test_cmaes_goes_on_as_if_it_had_not_been_stopped(folder: Path) -> None:
     )
     one, two = Store(folder / "one"), Store(folder / "two")
     search(one, *settings)
-    search(two, *settings, told=Stopper(after=70))
+    search(two, *settings, callback=Stopper(after=70))
     search(two, *settings)
     assert told(one, *settings) == told(two, *settings)
-    best = search(one, *settings).tally.history.best
+    best = search(one, *settings).history.best
     assert best is not None
     assert best.number > 8, "it learns"
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.search.coordinators import PREFIX, SILENCE, living, now, this_one
+from gaitlab.search.heartbeat import PREFIX, SILENCE, living, now, this_process
 from gaitlab.store import Store
 from tests.search import searches
 from tests.search.searches import search, told
@@ -105,7 +105,7 @@ def _left(place: Path, server: str, settings: tuple[str, ...]) -> None:
 
 
 def test_a_coordinator_lives_while_its_process_does_or_signs() -> None:
-    me = this_one().name
+    me = this_process()
     host = socket.gethostname()
     late = (datetime.now(timezone.utc) - 2 * SILENCE).isoformat()
     early = (datetime.now(timezone.utc) - timedelta(seconds=30)).isoformat()

@@ -16,28 +16,26 @@ from gaitlab.experiment import Experiment, Value, candidate
 from gaitlab.experiment.study import Choices, Numbers
 from gaitlab.plan import plan
 from gaitlab.search import Candidate, History
-from gaitlab.search.results import DEFAULT, WINNER, Margin
-from gaitlab.search.validation import (
+from gaitlab.search.fresh import (
+    DEFAULT,
     FIRST_FRESH,
+    WINNER,
     Run,
-    Validation,
-    chosen_of,
     default_experiment,
-    effort,
     fresh_seeds,
     random_sibling,
-    running,
-    validate,
     winner_experiment,
 )
-from gaitlab.search.validation_margins import (
+from gaitlab.search.margins import (
     HALVINGS,
     MOST_STEPS,
+    Margin,
     Verdict,
     ladder,
     next_step,
     reach,
 )
+from gaitlab.search.validation import Validation, effort, running, validate
 from gaitlab.store import Store, TrialRecord
 from tests.search import searches
 
@@ -207,7 +205,10 @@ def test_winner_and_default_walk_every_ground_with_the_same_fresh_seeds(folder: 
     places = [{(walk.surface, walk.seed) for walk in rerun.walks} for rerun in found.reruns]
     assert places[0] == places[1]
     assert {ground for ground, _ in places[0]} > {"carpet_4mm", "grass_50mm", "hard_floor"}
-    up = {ground: all(w.up for w in winner.on([ground])) for ground in ("carpet_4mm", "grass_50mm")}
+    up = {
+        ground: all(w.stable for w in winner.on([ground]))
+        for ground in ("carpet_4mm", "grass_50mm")
+    }
     assert up == {"carpet_4mm": True, "grass_50mm": False}
 
 
@@ -230,8 +231,7 @@ def test_a_checked_winner_is_checked_again_for_nothing(folder: Path) -> None:
     once = check(folder)
     store = Store(folder)
     assert validate(history_of(), store, nothing) == once
-    chosen = history_of().candidates[0]
-    assert effort(history_of(), chosen, store, 1, around=False).walks == 0
+    assert effort(history_of(), store, 1, around=False) is None
 
 
 def stopping(store: Store, after: int) -> Iterator[Run]:
@@ -280,7 +280,7 @@ def test_without_a_winner_nothing_is_walked(folder: Path) -> None:
     history = history_of()
     spoilt = replace(history.candidates[0], feasible=False)
     empty = History(experiment=history.experiment, candidates=(spoilt,))
-    assert chosen_of(empty) is None
+    assert empty.representative is None
     assert validate(empty, Store(folder), nothing) is None
 
 

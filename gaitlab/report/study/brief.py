@@ -11,7 +11,7 @@ from gaitlab.report.study.fresh import gain, optimism, score, stable_of, verdict
 from gaitlab.report.study.tables import share_moved
 from gaitlab.report.study.words import interval, metric_text, metric_unit, number
 from gaitlab.report.words import share
-from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.statistics import wilson
 
 

@@ -10,7 +10,7 @@ from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import score
 from gaitlab.report.study.words import UNKNOWN
 from gaitlab.report.words import share, surface_text
-from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.statistics import wilson
 
 
@@ -58,7 +58,7 @@ def _crossing(findings: Findings, rerun: Rerun, ground: str) -> Crossing:
     walks = rerun.on([ground])
     found = score(findings.study, walks, 0).value if walks else math.nan
     return Crossing(
-        stable=sum(walk.up for walk in walks),
+        stable=sum(walk.stable for walk in walks),
         n=len(walks),
         objective=found,
         tuned=rerun.label != DEFAULT and ground in findings.grounds,

@@ -9,7 +9,8 @@ from functools import cached_property
 from gaitlab.experiment import Experiment, Value
 from gaitlab.experiment.study import Choices, Numbers, Study
 from gaitlab.search import Candidate
-from gaitlab.search.results import Margins, Rerun
+from gaitlab.search.fresh import Rerun
+from gaitlab.search.margins import Margins
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

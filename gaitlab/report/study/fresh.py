@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import isfinite
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitlab.experiment.study import Constraint, Objective, Study
-from gaitlab.search.objectives import Outcome, State
+from gaitlab.search.fresh import Rerun
+from gaitlab.search.objectives import TrialOutcome
 from gaitlab.search.objectives import score as scored
-from gaitlab.search.results import Rerun, Walk
 from gaitlab.statistics import Count, Interval
 
 RESAMPLES = 2000  # the ends of a 95 % interval settle to some 3 % of its width
@@ -34,7 +34,7 @@ class Score(NamedTuple):
     seeds: int
 
 
-def score(study: Study, walks: Sequence[Walk], place: int) -> Score:
+def score(study: Study, walks: Sequence[TrialOutcome], place: int) -> Score:
     """One objective of some walks, in the metric's unit.
 
     Raises:
@@ -61,14 +61,14 @@ def gain(study: Study, one: Rerun, other: Rerun, place: int, grounds: Sequence[s
     return _resampled(sorted(first.keys() & second.keys()), lead)
 
 
-def constraint_value(constraint: Constraint, walks: Sequence[Walk]) -> float:
+def constraint_value(constraint: Constraint, walks: Sequence[TrialOutcome]) -> float:
     """What a constraint bounds, over some walks, in the metric's unit."""
-    return scored(constraint, [_outcome(walk) for walk in walks])
+    return scored(constraint, walks)
 
 
-def stable_of(walks: Sequence[Walk]) -> Count:
+def stable_of(walks: Sequence[TrialOutcome]) -> Count:
     """Walks that stayed on their feet among all."""
-    return Count(sum(walk.up for walk in walks), len(walks))
+    return Count(sum(walk.stable for walk in walks), len(walks))
 
 
 def verdict(lead: Score) -> str:
@@ -85,21 +85,18 @@ def optimism(told: float, again: float, objective: Objective) -> float | None:
     return told - again if objective.direction == "maximize" else again - told
 
 
-def _by_seed(walks: Sequence[Walk]) -> dict[int, list[Outcome]]:
+def _by_seed(walks: Sequence[TrialOutcome]) -> dict[int, list[TrialOutcome]]:
     """Walks by seed, only those seeds that have walked on every ground."""
     grounds = {walk.surface for walk in walks}
-    found: dict[int, list[Outcome]] = {}
+    found: dict[int, list[TrialOutcome]] = {}
     for walk in walks:
-        found.setdefault(walk.seed, []).append(_outcome(walk))
+        found.setdefault(walk.seed, []).append(walk)
     return {seed: outcomes for seed, outcomes in found.items() if len(outcomes) == len(grounds)}
 
 
-def _outcome(walk: Walk) -> Outcome:
-    state = cast(State, walk.state)
-    return Outcome(surface=walk.surface, seed=walk.seed, state=state, metrics=walk.metrics)
-
-
-def _value(wanted: Objective, by_seed: dict[int, list[Outcome]], seeds: Sequence[int]) -> float:
+def _value(
+    wanted: Objective, by_seed: dict[int, list[TrialOutcome]], seeds: Sequence[int]
+) -> float:
     return scored(wanted, [outcome for seed in seeds for outcome in by_seed[seed]])
 
 

@@ -16,23 +16,25 @@ from gaitlab.report.sources import PROVENANCE
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.page import write_study_page
 from gaitlab.report.study.together import write_pages_together
-from gaitlab.search import Candidate, History, history, importance
-from gaitlab.search.results import DEFAULT, RANDOM, Rerun
-from gaitlab.search.validation import (
-    Validation,
-    chosen_of,
+from gaitlab.search import Candidate, History
+from gaitlab.search.database import command_line, history
+from gaitlab.search.fresh import (
+    DEFAULT,
+    RANDOM,
+    Rerun,
     fresh_seeds,
     random_sibling,
     rerun,
-    validate,
     winner_experiment,
 )
-from gaitlab.shell import called, command
+from gaitlab.search.sampling import importance
+from gaitlab.search.validation import Validation, validate, walk_nothing
+from gaitlab.shell import called
 from gaitlab.store import Index, Store
 from gaitlab.trial import PHYSICS_VERSION
 
 REPORTS = Path("reports")
-LEAST_TOLD = 8  # candidates; importance of fewer is noise
+LEAST = 8  # candidates; importance of fewer is noise
 
 
 def write_study_report(
@@ -89,7 +91,7 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         StoreError: If the database cannot be read.
     """
     past = history(experiment, store, storage)
-    checked = validate(past, store, _nothing)
+    checked = validate(past, store, walk_nothing)
     chance, index = _chance(experiment, store, storage), store.index()
     walked = {trial_id for candidate in past.candidates for trial_id in candidate.trial_ids}
     return Findings(
@@ -109,20 +111,16 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         drawn=len(chance.candidates) if chance is not None else 0,
         called=called(experiment.path),
         facts=_facts(past, index),
-        commands=commands(experiment, store, storage),
+        commands=[
+            command_line(verb, experiment, store, storage) for verb in ("optimize", "report")
+        ],
     )
 
 
-def _nothing(experiment: Experiment) -> bool:
-    """Run nothing: what the store lacks stays missing."""
-    del experiment
-    return False
-
-
 def _importance(past: History) -> list[Mapping[str, float]]:
-    """Importance for each objective; empty mappings while too little was told."""
-    told = sum(candidate.state != "infeasible" for candidate in past.candidates)
-    if told < LEAST_TOLD:
+    """Importance for each objective; empty mappings while too few are finished."""
+    walked = sum(candidate.state != "infeasible" for candidate in past.candidates)
+    if walked < LEAST:
         return []
     return [importance(past, place) for place in range(len(past.study.objectives))]
 
@@ -142,7 +140,7 @@ def _wall(walked: set[str], index: Index, store: Store) -> float:
 def _reruns(checked: Validation | None, chance: History | None, store: Store) -> Iterator[Rerun]:
     """What was walked on fresh seeds, so far as any of it was."""
     found = [*(checked.reruns if checked else ())]
-    chosen = chosen_of(chance) if chance is not None else None
+    chosen = chance.representative if chance is not None else None
     if chance is not None and chosen is not None:
         found.append(rerun(RANDOM, winner_experiment(chance, chosen), store.index()))
     for one in found:
@@ -185,15 +183,3 @@ def _records_of(candidate: Candidate, index: Index) -> Iterator[dict[str, object
         if entry is not None:
             known = entry.details.provenance
             yield {name: known[name] for name in PROVENANCE if name in known}
-
-
-def commands(experiment: Experiment, store: Store, storage: str | None) -> list[str]:
-    """The shell lines that walk what is missing and write the page."""
-    more = ["--storage", _without_password(storage)] if storage else []
-    return [command(verb, [experiment], store.path, *more) for verb in ("optimize", "report")]
-
-
-def _without_password(storage: str) -> str:
-    from gaitlab.search.addresses import shown  # loads Optuna, which takes a second
-
-    return shown(storage)

@@ -28,7 +28,7 @@ from gaitlab.report.study.crossings import Crossing
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.words import metric_text, number, short_paths
 from gaitlab.report.words import surface_text
-from gaitlab.search.results import Margin, Reach
+from gaitlab.search.margins import Margin, Reach
 
 BAR = 0.5  # of the distance of two rows
 

@@ -20,7 +20,8 @@ from gaitlab.report.study.words import (
     objective_text,
 )
 from gaitlab.report.words import plural, share, surface_text
-from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Margin, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.margins import Margin
 from gaitlab.statistics import stable_cell, wilson
 
 FEW_SEEDS = 10  # fresh ones; fewer hardly tell anything

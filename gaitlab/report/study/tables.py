@@ -23,7 +23,8 @@ from gaitlab.report.study.words import (
     value,
 )
 from gaitlab.report.words import share
-from gaitlab.search.results import DEFAULT, RANDOM, WINNER, Margin, Reach, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.margins import Margin, Reach
 from gaitlab.statistics import wilson
 
 AT_THE_EDGE = 0.02  # of the range; a winner so near its end may want more of it

@@ -12,7 +12,7 @@ from gaitlab.report.study.fresh import score, stable_of
 from gaitlab.report.study.page import HOW_TO_READ, crossings_section, write_study_page
 from gaitlab.report.study.words import UNKNOWN, interval, number, objective_axis, objective_text
 from gaitlab.report.words import share, surface_text
-from gaitlab.search.results import WINNER
+from gaitlab.search.fresh import WINNER
 from gaitlab.statistics import wilson
 
 

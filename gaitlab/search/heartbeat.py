@@ -1,42 +1,27 @@
-"""Who else works on a search, so that a dead coordinator's candidates are taken over."""
+"""Signs of life of the processes that share a search, so that a dead one's candidates go on.
+
+Optuna has a heartbeat of its own, but what it does with a stale trial is to fail it and to try its
+values again under a new number, after a grace period. Here a candidate keeps its number and its
+batch, which the samplers' seeds and a search that was killed hang on, and the next process takes
+it over at once: on one machine the kernel knows who lives.
+"""
 
 from __future__ import annotations
 
 import os
 import socket
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
-BEAT = 20.0  # s between two signs of life
-SILENCE = timedelta(seconds=300)  # without one, after which a coordinator counts as dead
-PREFIX = "coordinator "  # start of the attribute in which a coordinator shows that it lives
+INTERVAL = 20.0  # s between two signs of life
+SILENCE = timedelta(seconds=300)  # without one, after which a process counts as dead
+PREFIX = "coordinator "  # start of the attribute in which a process shows that it lives
 
 
-@dataclass(frozen=True, kw_only=True)
-class Coordinator:
-    """A process that asks and tells.
-
-    Attributes:
-        host: Its machine.
-        pid: Its process there.
-        start: When that process started, as the machine's kernel counts it.
-    """
-
-    host: str
-    pid: int
-    start: str
-
-    @property
-    def name(self) -> str:
-        """What tells it apart from every other one."""
-        return f"{self.host}:{self.pid}:{self.start}"
-
-
-def this_one() -> Coordinator:
-    """The coordinator that this process is."""
-    return Coordinator(host=socket.gethostname(), pid=os.getpid(), start=_start_of(os.getpid()))
+def this_process() -> str:
+    """Name of this process: its machine, its number and when the kernel says that it started."""
+    return f"{socket.gethostname()}:{os.getpid()}:{_start_of(os.getpid())}"
 
 
 def now() -> str:
@@ -45,9 +30,9 @@ def now() -> str:
 
 
 def living(attributes: Mapping[str, object]) -> tuple[str, ...]:
-    """Names of the coordinators that show signs of life, sorted.
+    """Names of the processes that show signs of life, sorted.
 
-    Of this machine's own the process decides; of others how long ago their last sign was, which
+    Of this machine's own the kernel decides; of others how long ago their last sign was, which
     takes clocks that agree to some minutes.
     """
     signs = {

@@ -2,26 +2,30 @@
 
 `<study>-winner` and `<study>-default` walk with fresh seeds on every ground, `<study>-margins`
 around the winner. Fresh seeds are those from 1,000,000 on, which no search uses: a search's seeds
-count from 0, and one that lists larger ones moves the fresh ones beyond its own.
+count from 0, and one that lists larger ones moves the fresh ones beyond its own. What is in the
+store is never walked again, so a check goes on where it was stopped.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from gaitlab.canonical import canonical_json
-from gaitlab.experiment import Axis, Experiment, Value
+from gaitlab.experiment import Axis, Experiment, Value, study_of
 from gaitlab.plan import plan
 from gaitlab.plugins import names
-from gaitlab.search import Candidate, History
-from gaitlab.search.finals import final_seeds
-from gaitlab.search.results import Rerun, Walk
+from gaitlab.search.candidates import Candidate, History
+from gaitlab.search.final import final_seeds
+from gaitlab.search.objectives import TrialOutcome, stored_outcome
 from gaitlab.store import Index
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
 
+Run: TypeAlias = Callable[[Experiment], bool]  # runs what is missing; False when it was stopped
+WINNER, DEFAULT, RANDOM = "winner", "hand-set default", "best of random search"
 FIRST_FRESH = 1_000_000  # seeds from here on are kept for checking
 FRESH_SEEDS = 10  # of a check, or as many as the study itself uses
 MARGIN_WALKS = 4  # at every step around the winner, on all grounds together
@@ -46,13 +50,8 @@ def derived(
     parts = experiment.parts
     parts = replace(parts, surfaces=parts.surfaces if surfaces is None else surfaces)
     axes = (Axis(paths=tuple(paths), rows=tuple(map(tuple, rows))),) if paths else ()
-    content = [
-        experiment.digest,
-        role,
-        [list(paths), list(rows)],
-        list(seeds),
-        list(parts.surfaces),
-    ]
+    values = [list(paths), list(rows)]
+    content = [experiment.digest, role, values, list(seeds), list(parts.surfaces)]
     return replace(
         experiment,
         name=f"{experiment.name}-{role}",
@@ -66,19 +65,13 @@ def derived(
 
 
 def random_sibling(experiment: Experiment) -> Experiment:
-    """The same study with values drawn at random, to tell whether its sampler beats chance.
-
-    Raises:
-        ValueError: If the experiment is no study.
-    """
-    if experiment.study is None:
-        raise ValueError(f"{experiment.name} is no study")
+    """The same study with values drawn at random, to tell whether its sampler beats chance."""
     content = ["random", experiment.digest]
     return replace(
         experiment,
         name=f"{experiment.name}-random",
         digest=hashlib.sha256(canonical_json(content).encode()).hexdigest(),
-        study=replace(experiment.study, sampler="random", sampler_options={}),
+        study=replace(study_of(experiment), sampler="random", sampler_options={}),
     )
 
 
@@ -93,11 +86,9 @@ def grounds(experiment: Experiment) -> dict[str, Surface]:
 
 def winner_experiment(history: History, chosen: Candidate) -> Experiment:
     """The winner with fresh seeds on every ground."""
-    experiment = history.experiment
-    values = chosen.values
-    seeds = fresh_seeds(experiment)
-    row = [tuple(values.values())]
-    return derived(experiment, "winner", tuple(values), row, seeds, grounds(experiment))
+    experiment, values = history.experiment, chosen.values
+    rows, seeds = [tuple(values.values())], fresh_seeds(experiment)
+    return derived(experiment, "winner", tuple(values), rows, seeds, grounds(experiment))
 
 
 def default_experiment(experiment: Experiment) -> Experiment:
@@ -105,33 +96,41 @@ def default_experiment(experiment: Experiment) -> Experiment:
     return derived(experiment, "default", (), (), fresh_seeds(experiment), grounds(experiment))
 
 
-def missing(experiment: Experiment, index: Index) -> list[str]:
-    """Trials of an experiment that a store does not hold."""
-    trials = (item.trial.id for item in plan(experiment).trials())
-    return [trial_id for trial_id in trials if trial_id not in index.entries]
+def margin_seeds(experiment: Experiment) -> range:
+    """The first of the fresh seeds, so that the winner's own walks are there already."""
+    count = max(LEAST_MARGIN_SEEDS, MARGIN_WALKS // len(experiment.parts.surfaces))
+    return fresh_seeds(experiment, count)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rerun:
+    """A combination of values on seeds that the search never saw.
+
+    Attributes:
+        label: What the combination is.
+        values: Value by dotted path.
+        walks: Its trials on every ground.
+    """
+
+    label: str
+    values: Mapping[str, Value]
+    walks: tuple[TrialOutcome, ...]
+
+    def on(self, surfaces: Sequence[str]) -> tuple[TrialOutcome, ...]:
+        """Trials on some grounds that have ended with a result."""
+        there = (walk for walk in self.walks if walk.state in ("DONE", "INFEASIBLE"))
+        return tuple(walk for walk in there if walk.surface in surfaces)
 
 
 def rerun(label: str, experiment: Experiment, index: Index) -> Rerun:
     """An experiment of one combination as the store has it."""
     trials = list(plan(experiment).trials())
-    walks = tuple(_walk(item.trial.id, item.values, item.trial.seed, index) for item in trials)
-    values = dict(trials[0].values)
-    values.pop("surface", None)
+    values = {path: value for path, value in trials[0].values.items() if path != "surface"}
+    walks = tuple(stored_outcome(item, index) for item in trials)
     return Rerun(label=label, values=values, walks=walks)
 
 
-def _walk(trial_id: str, values: Mapping[str, Value], seed: int, index: Index) -> Walk:
-    entry = index.entries.get(trial_id)
-    return Walk(
-        trial_id=trial_id,
-        surface=str(values["surface"]),
-        seed=seed,
-        state="MISSING" if entry is None else entry.state,
-        metrics=entry.details.metrics if entry is not None and entry.state == "DONE" else {},
-    )
-
-
-def margin_seeds(experiment: Experiment) -> range:
-    """The first of the fresh seeds, so that the winner's own walks are there already."""
-    count = max(LEAST_MARGIN_SEEDS, MARGIN_WALKS // len(experiment.parts.surfaces))
-    return fresh_seeds(experiment, count)
+def missing(experiment: Experiment, index: Index) -> list[str]:
+    """Trials of an experiment that a store does not hold."""
+    trials = (item.trial.id for item in plan(experiment).trials())
+    return [trial_id for trial_id in trials if trial_id not in index.entries]

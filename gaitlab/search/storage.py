@@ -1,4 +1,4 @@
-"""Where the database of a search is: a file of the store, or a server that machines share."""
+"""The storage of a search: a file of the store, or a database server that machines share."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import quote, quote_plus
 
 from optuna.exceptions import StorageInternalError
@@ -18,6 +19,7 @@ from sqlalchemy.exc import ArgumentError, IntegrityError, ProgrammingError, SQLA
 from sqlalchemy.pool import NullPool
 
 from gaitlab.errors import StoreError
+from gaitlab.search.sampling import unlogged
 from gaitlab.store import Store
 from gaitlab.store.durable import NotAFile, open_to_read, refuse_links
 
@@ -89,8 +91,42 @@ def server_storage(address: str) -> RDBStorage:
         for _ in range(MAKERS - 1):
             with suppress(IntegrityError, ProgrammingError):
                 return _connected(url)
-            time.sleep(PAUSE)  # another coordinator was making the same tables
+            time.sleep(PAUSE)  # another process was making the same tables
         return _connected(url)
+
+
+class Opened(NamedTuple):
+    """A storage that is open.
+
+    Attributes:
+        storage: Optuna's.
+        place: Where it is, for messages; without a password.
+        file: Its file, if it is the store's own.
+    """
+
+    storage: RDBStorage
+    place: str
+    file: Path | None
+
+
+@contextmanager
+def storage_at(name: str, store: Store, address: str | None) -> Iterator[Opened]:
+    """The storage of a search of this name, open as long as the context lasts.
+
+    Raises:
+        StoreError: If it cannot be used.
+    """
+    with unlogged():
+        if address is None:
+            file = database_file(store, name)
+            opened = Opened(file_storage(file), str(file), file)
+        else:
+            opened = Opened(server_storage(address), shown(address), None)
+        try:
+            yield opened
+        finally:
+            opened.storage.remove_session()
+            opened.storage.engine.dispose()
 
 
 def _connected(url: URL) -> RDBStorage:
@@ -127,8 +163,8 @@ def shown(address: str) -> str:
     try:
         url = make_url(address)
     except (SQLAlchemyError, ValueError):
-        scheme, found, _ = address.partition("://")
-        return f"{scheme}://{HIDDEN}" if found and _SCHEME.fullmatch(scheme) else HIDDEN
+        scheme, parted, _ = address.partition("://")
+        return f"{scheme}://{HIDDEN}" if parted and _SCHEME.fullmatch(scheme) else HIDDEN
     secret = {name: HIDDEN for name in url.query if _SECRET.search(name)}
     return url.update_query_dict(secret).render_as_string(hide_password=True)
 
@@ -147,16 +183,16 @@ def without_secrets(text: str, address: str | None = None) -> str:
 
 def _secrets(address: str) -> set[str]:
     """The address itself and every password in it, as it is written and as it is meant."""
-    found = {address, address.partition("://")[2]}
+    whole = {address, address.partition("://")[2]}
     try:
         url = make_url(address)
     except (SQLAlchemyError, ValueError):
-        return found - {""}
+        return whole - {""}
     given = [str(url.password or "")]
     for name, value in url.query.items():
         if _SECRET.search(name):
             given += [value] if isinstance(value, str) else value
-    return {*found, *given, *map(quote, given), *map(quote_plus, given)} - {""}
+    return {*whole, *given, *map(quote, given), *map(quote_plus, given)} - {""}
 
 
 @contextmanager
