@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.picture.figure_style import new_figure, save, style
+from gaitlab.picture.figure_style import new_figure, save, style, vector_figures
 from gaitlab.printable import csv_cell, visible
 from gaitlab.report.forms.html import html_page
 from gaitlab.report.forms.latex import text as latex
@@ -82,6 +82,7 @@ def test_no_figure_passes_it_on_or_takes_it_for_a_formula(tmp_path: Path) -> Non
         axes.set_title(EVIL)
         axes.set_xticks([0, 1], [EVIL, "$x$ and $\\y$"])
         axes.legend()
-    files = save(figure, tmp_path, "figure")
-    ElementTree.parse(files.svg)
-    assert not obeyed(files.svg.read_text())
+    with vector_figures():
+        drawing = save(figure, tmp_path, "figure").with_suffix(".svg")
+    ElementTree.parse(drawing)
+    assert not obeyed(drawing.read_text())

@@ -26,7 +26,7 @@ from gaitlab.papers._biped_print import (
 from gaitlab.papers._biped_walks import effort_table, gantry_table, verdict, walks
 from gaitlab.papers.page import Page, Picture, Table
 from gaitlab.parameters import Parameter, parameters
-from gaitlab.picture.figure_style import save
+from gaitlab.picture.figure_style import save, vector_figures
 from gaitlab.report.strides import Postures, joint_figure, stick_figure
 from gaitlab.robots.biped import Robot
 from gaitlab.servos.files import load_servo
@@ -223,7 +223,8 @@ def _drawing(quantity: int, label: str) -> Callable[[Path, str], object]:
         t = np.linspace(0.0, WALK.duration, 2001)
         motion = WALK.joint_motion(t)[quantity]
         courses = {joint: motion[:, leg, part] for joint, (leg, part) in JOINTS.items()}
-        return save(joint_figure(t, courses, label), folder, name)
+        with vector_figures():
+            return save(joint_figure(t, courses, label), folder, name)
 
     return draw
 
@@ -234,7 +235,8 @@ def _draw_sticks(folder: Path, name: str) -> object:
         f"{kind} stride": postures(np.linspace(start, end, STICKS))
         for kind, start, end in zip(("starting", "full", "ending"), ends, ends[1:], strict=False)
     }
-    return save(stick_figure(strides), folder, name)
+    with vector_figures():
+        return save(stick_figure(strides), folder, name)
 
 
 def postures(t: np.ndarray) -> Postures:

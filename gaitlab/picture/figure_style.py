@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from textwrap import fill
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -59,11 +60,17 @@ _RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
 }
 
 
-class FigureFiles(NamedTuple):
-    """The two files of one figure."""
+_VECTOR: ContextVar[bool] = ContextVar("vector", default=False)
 
-    png: Path
-    svg: Path
+
+@contextmanager
+def vector_figures(wanted: bool = True) -> Iterator[None]:
+    """Whether `save` writes each figure as SVG too, for a form of a page that zooms or is set."""
+    token = _VECTOR.set(wanted)
+    try:
+        yield
+    finally:
+        _VECTOR.reset(token)
 
 
 def wrapped(text: str, width: int) -> str:
@@ -109,12 +116,14 @@ def _show_whatever_is_written(figure: Figure) -> None:
             text.set_text(visible(text.get_text()))
 
 
-def save(figure: Figure, folder: Path, name: str) -> FigureFiles:
-    """Write `name`.png and `name`.svg; the same figure gives the same bytes."""
-    files = FigureFiles(folder / f"{name}.png", folder / f"{name}.svg")
+def save(figure: Figure, folder: Path, name: str) -> Path:
+    """Write `name`.png, and `name`.svg within `vector_figures`; the same figure, the same bytes."""
+    png = folder / f"{name}.png"
     with style():
         _show_whatever_is_written(figure)
         _lay_out(figure)
-        figure.savefig(files.png, dpi=SCREEN_DPI, metadata={"Software": None})
-        figure.savefig(files.svg, metadata={"Date": None, "Creator": None})
-    return files
+        figure.savefig(png, dpi=SCREEN_DPI, metadata={"Software": None})
+        if _VECTOR.get():
+            svg = png.with_suffix(".svg")
+            figure.savefig(svg, metadata={"Date": None, "Creator": None})
+    return png

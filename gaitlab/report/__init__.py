@@ -8,6 +8,7 @@ from pathlib import Path
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.outputs import published
+from gaitlab.picture.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.page import write_page
@@ -52,7 +53,7 @@ def write_report(
         store.require_one_file(experiment)
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
-    with published(folder, force=force) as place:
+    with published(folder, force=force) as place, vector_figures(html or tables):
         page = write_page(results, sources(experiments, store, results), place)
         if tables:
             write_tables(page, results)

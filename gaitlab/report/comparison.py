@@ -119,50 +119,7 @@ def _compared(
     return found
 
 
-def told_apart(found: Sequence[Comparison]) -> str:
-    """Which stays up more or less often than the first, in a sentence; empty if none does."""
-    ways = (("better", "stays up more often than"), ("worse", "stays up less often than"))
-    said = []
-    for verdict, verb in ways:
-        items = [item for item in found if item.stable.verdict == verdict]
-        if items:
-            listed = ", ".join(f"*{escape(item.second)}* ({_rest(item, found)})" for item in items)
-            verb = verb if len(items) == 1 else verb.replace("stays", "stay")
-            said.append(f"{listed} {verb} *{escape(items[0].first)}*.")
-    return " ".join(said)
-
-
-def not_told_apart(found: Sequence[Comparison]) -> str:
-    """Which cannot be told from the first, and how many seeds would tell; empty if all are."""
-    items = [item for item in found if item.stable.verdict == "cannot tell"]
-    if not items:
-        return ""
-    listed = ", ".join(f"*{escape(item.second)}* ({_rest(item, found)})" for item in items)
-    advice = max((item.stable for item in items), key=_reach).advice
-    return (
-        f"{listed} cannot be told from *{escape(items[0].first)}* in staying up"
-        f"{'; ' if advice else ''}{advice}."
-    )
-
-
-def seeds_to_tell(found: Sequence[Comparison]) -> int | None:
-    """Seeds a cell that would tell the differences that are not told; None if no number would."""
-    asked = [_reach(item.stable) for item in found if item.stable.verdict == "cannot tell"]
-    return int(max(asked, default=0.0)) or None
-
-
-def _reach(stable: Contrast) -> float:
-    """Seeds that would tell, 0 where nobody would wait for them."""
-    return stable.needed if stable.needed <= MOST_SEEDS else 0.0
-
-
-def _rest(item: Comparison, found: Sequence[Comparison]) -> str:
-    """The difference, and what it rests on where that is not said of all together."""
-    alike = len({other.counted for other in found}) == 1 and len(found) > 1
-    return difference(item.stable) + ("" if alike else f" over {item.counted}")
-
-
-def left_out(results: Results) -> str:
+def _left_out(results: Results) -> str:
     """How many variants and grounds were not compared; empty if none."""
     grounds = results.trials["surface"].nunique()
     rest = len(results.variants) - 1 - MOST_VARIANTS
@@ -171,11 +128,12 @@ def left_out(results: Results) -> str:
     return "".join(f"{plural(n, noun)} not compared." for n, noun in counts if n > 0)
 
 
-def comparison_blocks(results: Results) -> list[str]:
-    """Every comparison of a page with its table, the first sentence apart."""
-    found = [*compared_variants(results), *compared_grounds(results)]
-    blocks = [block for item in found for block in _blocks(item)]
-    return [*blocks, left_out(results), HOW_TO_READ] if found else []
+def comparison_blocks(
+    results: Results, variants: Sequence[Comparison], grounds: Sequence[Comparison]
+) -> list[str]:
+    """Every comparison of a page with its table; empty if there is none."""
+    blocks = [block for item in (*variants, *grounds) for block in _blocks(item)]
+    return [*blocks, _left_out(results), HOW_TO_READ] if blocks else []
 
 
 def _blocks(item: Comparison) -> list[str]:

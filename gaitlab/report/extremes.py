@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from gaitlab.report.markdown import code, escape, fenced, section, table
+from gaitlab.report.markdown import code, escape, fenced, table
 from gaitlab.report.results import Results
-from gaitlab.report.telling import extremes
+from gaitlab.report.scores import truth
 from gaitlab.report.words import NOTHING, place_text
 
 SHORTEST = 8  # hex digits of a trial's name
 
 
-def extremes_section(results: Results, options: str = "") -> str:
+def extremes_blocks(results: Results, options: str = "") -> list[str]:
     """Best and worst trial with the commands that replay them; empty if nothing was simulated.
 
     Args:
@@ -23,7 +23,7 @@ def extremes_section(results: Results, options: str = "") -> str:
     """
     found = list(extremes(results))
     if not found:
-        return ""
+        return []
     names = [str(trial["trial_id"]) for _, trial in found]
     short = shortened(names, results.trials["trial_id"])
     header = ["", "trial", "variant", "cell", "seed", "distance [m]", "time to fall [s]"]
@@ -35,7 +35,32 @@ def extremes_section(results: Results, options: str = "") -> str:
         rows = [row[:2] + row[3:] for row in rows]
     lines = [f"gaitlab replay {name}{options} --output {name}.gif" for name in short]
     watch = f"To watch them:\n\n{fenced(chr(10).join(lines), 'sh')}"
-    return section("Best and worst", table(header, rows, "lll"), watch)
+    return [table(header, rows, "lll"), watch]
+
+
+def extremes(results: Results) -> Iterator[tuple[str, pd.Series]]:
+    """The best and the worst trial of the page, each with what makes it so.
+
+    Best is the farthest walk without a fall, worst the earliest fall; when nobody fell, the
+    shortest walk, and when everybody fell, the latest fall is the best.
+    """
+    done = results.done.assign(late=pd.to_numeric(results.done["time_to_fall"]))
+    fell = truth(done["fell"])
+    up, down = done[~fell], done[fell]
+    if len(up):
+        yield "farthest walk without a fall", _first(up, "distance", rising=False)
+    elif len(down):
+        yield "latest fall", _first(down, "late", rising=False)
+    if len(down):
+        yield "earliest fall", _first(down, "late", rising=True)
+    elif len(up) > 1:
+        yield "shortest walk", _first(up, "distance", rising=True)
+
+
+def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:
+    """First trial in the order of a column; of equals the first of the plan."""
+    keyed = trials.assign(key=pd.to_numeric(trials[column]))
+    return keyed.sort_values("key", ascending=rising, kind="stable", na_position="last").iloc[0]
 
 
 def shortened(names: Sequence[str], known: pd.Series) -> list[str]:

@@ -77,33 +77,6 @@ def numbers(values: pd.Series) -> np.ndarray:
     return known[np.isfinite(known)]
 
 
-def falls_by_phase(results: Results, edges: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """Title and falls of every variant that fell, by direction and gait phase.
-
-    The first column of the counts holds the falls during start-up, which have no phase.
-    """
-    falls = [(variant.label, fallen(results.of(variant))) for variant in results.variants]
-    alone = len(results.variants) == 1
-    return [
-        (
-            plural(len(f), "fall") if alone else f"{label}: {plural(len(f), 'fall')}",
-            _table(f, edges),
-        )
-        for label, f in falls
-        if len(f)
-    ]
-
-
-def _table(falls: pd.DataFrame, edges: np.ndarray) -> np.ndarray:
-    """Falls counted. Shape (directions, 1 + phases)."""
-    rows = []
-    for name in DIRECTIONS:
-        chosen = falls[falls["fall_direction"] == name]
-        phases = numbers(chosen["fall_phase"])
-        rows.append([len(chosen) - len(phases), *np.histogram(phases, edges)[0]])
-    return np.array(rows, dtype=int)
-
-
 def reasons(results: Results) -> str:
     """Why trials are infeasible or failed, the commonest first; empty when there are none."""
     odd = results.trials[results.trials["state"].isin(("INFEASIBLE", "FAILED"))]

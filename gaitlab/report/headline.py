@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import isnan, nan
 
 from gaitlab.report.cells import paper_verdicts
+from gaitlab.report.comparison import Comparison, difference, loud
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.reference import published
 from gaitlab.report.results import Results
@@ -30,6 +31,7 @@ from gaitlab.report.words import (
 from gaitlab.statistics import efficiency, stability_percent, wilson
 
 DO_NOT_STAND = (DOES_NOT_STAND, "do not stand")  # of one cell, of several
+MOST_DIFFERENCES = 3  # rows of the first table; more are on the second page
 SCORES: tuple[tuple[Score, str], ...] = (("stable", ""), ("stable_strict", ", strict"))
 
 
@@ -133,11 +135,26 @@ def _arrow(values: Sequence[float]) -> str:
     return " → ".join(f"{value:.0f}" for value in values) + " %"
 
 
-def runs_table(results: Results) -> str:
-    """Runs still on their feet at the end, of all scored runs, with Wilson intervals."""
+def runs_table(results: Results, compared: Sequence[Comparison] = ()) -> str:
+    """Runs still on their feet at the end, of all scored runs, with Wilson intervals.
+
+    Below them the differences of a few variants to the first, by column and over all.
+    """
     header = ["runs not fallen", *_titles(results), "all"]
     rows = [_runs_row(results, variant) for variant in results.variants]
+    shown = compared if len(compared) <= MOST_DIFFERENCES else ()
+    rows += [_difference_row(results, item) for item in shown if item.stable.n]
     return table(header, rows, "l")
+
+
+def _difference_row(results: Results, item: Comparison) -> list[str]:
+    cells = [item.columns.get(value) for value in results.column_values]
+    label = f"*{escape(item.second)}* less *{escape(item.first)}*"
+    return [label, *(difference(cell) if cell else NOTHING for cell in cells), *[_told(item)]]
+
+
+def _told(item: Comparison) -> str:
+    return f"{difference(item.stable)}: {loud(item.stable)}"
 
 
 def _runs_row(results: Results, variant: Variant) -> list[str]:

@@ -3,38 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
+
+from gaitlab.log import TrialLog
 from gaitlab.picture.figure_style import save
+from gaitlab.picture.portrait import filmstrip
+from gaitlab.report.falls import fallen
 from gaitlab.report.figures.balance import OUTSIDE, Column, balance_figure
 from gaitlab.report.figures.foot_paths import CYCLES, foot_figure
 from gaitlab.report.figures.joint_loads import joint_figure
-from gaitlab.report.markdown import escape, image, section
+from gaitlab.report.markdown import escape, image
+from gaitlab.report.representative import Walk, representative_cell, walks_of
 from gaitlab.report.results import Results
-from gaitlab.report.telling import Walk, telling_cell, walks_of
 from gaitlab.report.variants import Value
-from gaitlab.report.walks import BESIDE_WALKS, walks_table
-from gaitlab.report.words import place_text
+from gaitlab.report.words import place_text, surface_text
+from gaitlab.trial import Trial
 
+FRAMES = 5
+BEFORE = 1.0  # s, first frame before the fall is established; most falls take less
+SEEN = 0.2  # s, time to the fall from which on there is a walk to see
 LINES = 11  # seeds drawn thin beside the shown one
 
 
-def motion(results: Results, folder: Path) -> str:
-    """The section with its figures written into the folder; empty if nothing was simulated."""
-    place = telling_cell(results)
+def motion_blocks(results: Results, folder: Path) -> list[str]:
+    """Pictures and captions, the figures written into the folder; empty if nothing was done."""
+    place = representative_cell(results)
     walks = walks_of(results, *place) if place else []
     if place is None or not walks:
-        return ""
-    printed = walks_table(results)
-    beside = f"{BESIDE_WALKS}\n\n{printed}" if printed else ""
-    return section(
-        "A closer look at one cell",
+        return []
+    return [
+        *strip_blocks(results, folder),
         _introduction(results, *place),
         _balance(results, walks, folder),
         _feet(walks, folder),
         _joints(walks, folder),
-        beside,
-    )
+    ]
 
 
 def _introduction(results: Results, row: Value, column: Value) -> str:
@@ -91,3 +98,92 @@ def _joints(walks: Sequence[Walk], folder: Path) -> str:
         "same time. Limits of position are the robot's, those of velocity and torque the "
         "servo's at its supply voltage."
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shot:
+    """One trial of the strip."""
+
+    label: str
+    seed: int
+    trial: Trial
+    log: TrialLog
+
+
+def strip_blocks(results: Results, folder: Path) -> list[str]:
+    """Images and caption, the figures written into the folder; empty when nobody fell."""
+    shots = _shots(results)
+    if not shots:
+        return []
+    times = _walking_times(shots[0].log)
+    blocks = []
+    for name, shot in zip(("fall", "same_seed"), shots, strict=False):
+        figure = filmstrip(
+            shot.log,
+            shot.trial.robot.tree,
+            shot.trial.robot.sole,
+            shot.trial.surface,
+            _ticks(shot.log, times),
+            feet=shot.trial.robot.feet,
+        )
+        save(figure, folder, name)
+        blocks.append(image(f"{shot.label}, seed {shot.seed}, frame by frame", f"{name}.png"))
+    return [*blocks, _caption(shots)]
+
+
+def _shots(results: Results) -> list[Shot]:
+    """First fall of the first variant on the highest pile; its cell and seed in the last one."""
+    falls = fallen(results.trials)
+    if falls.empty:
+        return []
+    heights = {name: _height(results, falls, name) for name in dict.fromkeys(falls["surface"])}
+    order = {variant.label: i for i, variant in enumerate(results.variants)}
+    falls = falls[falls["surface"] == max(heights, key=lambda name: heights[name])]
+    falls = falls.sort_values("variant", key=lambda labels: labels.map(order), kind="stable")
+    late = falls[pd.to_numeric(falls["time_to_fall"]) > SEEN]
+    fall = (late if len(late) else falls).iloc[0]
+    keys = [results.rows, results.columns, "surface", "seed"]
+    same = results.done[(results.done[keys] == fall[keys]).all(axis=1)]
+    others = same[same["variant"] != fall["variant"]]
+    rows = [fall] if others.empty else [fall, others.iloc[-1]]
+    return [_shot(results, row) for row in rows]
+
+
+def _height(results: Results, falls: pd.DataFrame, surface: str) -> float:
+    first = falls[falls["surface"] == surface].iloc[0]
+    return float(results.trial(str(first["trial_id"])).surface.height)
+
+
+def _shot(results: Results, row: pd.Series) -> Shot:
+    name = str(row["trial_id"])
+    return Shot(
+        label=str(row["variant"]),
+        seed=int(row["seed"]),
+        trial=results.trial(name),
+        log=results.log(name),
+    )
+
+
+def _walking_times(log: TrialLog) -> np.ndarray:
+    """Instants of the frames since start-up, the last one at the fall, in [s]. Shape (frames,)."""
+    end = log["time"][-1 if log.fall_index is None else log.fall_index]
+    return np.linspace(max(end - BEFORE, log["time"][0]), end, FRAMES) - log.header.startup_time
+
+
+def _ticks(log: TrialLog, times: np.ndarray) -> list[int]:
+    """Ticks nearest to the instants; past its end the last one."""
+    ticks = np.searchsorted(log["time"] - log.header.startup_time, times - 1e-6)
+    return [int(tick) for tick in np.minimum(ticks, len(log) - 1)]
+
+
+def _caption(shots: Sequence[Shot]) -> str:
+    first = shots[0]
+    text = (
+        f"The first fall on the highest pile: *{escape(first.label)}* on "
+        f"{escape(surface_text(first.trial.names.surface))}, seed {first.seed}, "
+        f"step length {first.trial.gait.step_length:.3g} m, the last frame when the fall is "
+        "established."
+    )
+    if len(shots) > 1:
+        text += f" Below it the same instants of the same seed with *{escape(shots[1].label)}*."
+    return f"{text} Times count from the start of walking at full amplitude; drawn from the log."

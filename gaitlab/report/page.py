@@ -1,17 +1,22 @@
-"""The page of a report: its sections in order and the figures beside it."""
+"""The page of a report: one screen with the answer, and a second page with everything behind it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
-from gaitlab.picture.figure_style import save
 from gaitlab.report.cells import cell_tables, legend
-from gaitlab.report.comparison import comparison_blocks
-from gaitlab.report.extremes import extremes_section
-from gaitlab.report.falls import falls_by_phase, falls_table, reasons
-from gaitlab.report.figures.fall_map import PHASES, fall_map
+from gaitlab.report.comparison import (
+    Comparison,
+    compared_grounds,
+    compared_variants,
+    comparison_blocks,
+)
+from gaitlab.report.extremes import extremes_blocks
+from gaitlab.report.falls import falls_table, metrics_table, reasons
+from gaitlab.report.forms.tokens import DETAILS
 from gaitlab.report.headline import (
     HOW_TO_READ,
     PAPER_ROWS,
@@ -22,19 +27,18 @@ from gaitlab.report.headline import (
     verdicts_note,
 )
 from gaitlab.report.maps import cells_map, pair_maps
-from gaitlab.report.markdown import details, escape, fenced, image, section
+from gaitlab.report.markdown import details, escape, fenced, section
 from gaitlab.report.matching import common
-from gaitlab.report.measures import measures
-from gaitlab.report.motion import motion
-from gaitlab.report.provenance import Part, facts_table, part_tables
+from gaitlab.report.motion import motion_blocks
+from gaitlab.report.provenance import Part, facts_table, gantry_note, part_tables
 from gaitlab.report.results import Results
-from gaitlab.report.rig import gantry_note
 from gaitlab.report.scores import SCORED
-from gaitlab.report.sentences import sentences
-from gaitlab.report.strip import strip_blocks
+from gaitlab.report.sentences import findings, not_standing, seeds_asked
+from gaitlab.report.walks import BESIDE_WALKS, walks_table
 from gaitlab.report.words import plural
 
-MOST_OPEN_ROWS = 60  # of all tables of cells; more of them are folded away
+MEDIANS = "Median [quartiles] over all simulated trials."
+Compared: TypeAlias = tuple[list[Comparison], list[Comparison]]  # of variants, of grounds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +52,7 @@ class Sources:
         command: What makes the page again.
         runs: What simulates the trials that are missing.
         options: What a command on one of the trials needs besides its name.
+        with_seeds: What simulates and reports the experiments with so many seeds a cell.
     """
 
     facts: dict[str, str]
@@ -56,32 +61,66 @@ class Sources:
     command: str
     runs: str = ""
     options: str = ""
+    with_seeds: Callable[[int], str] | None = None
 
 
 def write_page(results: Results, sources: Sources, folder: Path) -> Path:
-    """Write README.md and its figures into a folder; returns the page."""
+    """Write README.md, details.md and their figures into a folder; returns README.md."""
     folder.mkdir(parents=True, exist_ok=True)
-    blocks = [
+    page = folder / "README.md"
+    compared = compared_variants(results), compared_grounds(results)
+    first = _first(results, sources, compared, folder)
+    second = _second(results, sources, compared, folder)
+    for file, blocks in ((page, first), (folder / DETAILS, second)):
+        text = "\n\n".join(block for block in blocks if block)
+        file.write_text(text + "\n", encoding="utf-8")
+    return page
+
+
+def _first(results: Results, sources: Sources, compared: Compared, folder: Path) -> list[str]:
+    """The answer, what to do next and what it rests on; the walks themselves folded."""
+    return [
         heading(results),
         escape(results.question),
         _completeness(results, sources),
-        verdicts_note(results),
-        *scores(results),
         gantry_note(sources.parts),
-        details("How to read these tables", *_how_to_read(results)),
-        _what_this_says(results, sources),
-        _comparison(results),
-        _cells(results, folder),
-        pair_maps(results, folder),
-        measures(results, folder),
-        _falls(results, folder),
-        motion(results, folder),
-        extremes_section(results, sources.options),
-        _provenance(sources),
+        not_standing(results),
+        *scores(results, compared[0]),
+        cells_map(results, folder),
+        findings(results, *compared),
+        _next(results, sources, compared),
+        _rests_on(results, sources),
+        details(
+            "The walks that differ most, drawn from their logs", *motion_blocks(results, folder)
+        ),
+        details("The best and the worst walk", *extremes_blocks(results, sources.options)),
     ]
-    page = folder / "README.md"
-    page.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
-    return page
+
+
+def _second(results: Results, sources: Sources, compared: Compared, folder: Path) -> list[str]:
+    """Everything that the answer rests on."""
+    contrasts, why = comparison_blocks(results, *compared), reasons(results)
+    paper = PAPER_ROWS if compared_tables(results) else ""
+    measured, printed = metrics_table(results), walks_table(results)
+    return [
+        f"{heading(results)}: details",
+        "The answer is on [the page itself](README.md).",
+        section("Stable cells", verdicts_note(results), headline(results), HOW_TO_READ, paper),
+        section("Comparison", *contrasts) if contrasts else "",
+        section("Cell by cell", legend(results), cell_tables(results)),
+        pair_maps(results, folder),
+        section("Falls", falls_table(results)),
+        section("Trials without a result", why) if why else "",
+        section("Measures", MEDIANS, measured) if measured else "",
+        section("Beside the walks of the paper", BESIDE_WALKS, printed) if printed else "",
+        section(
+            "Provenance",
+            facts_table(sources.facts),
+            f"This page again:\n\n{fenced(sources.command, 'sh')}",
+            sources.grounds,
+            part_tables(sources.parts),
+        ),
+    ]
 
 
 def _is_whole(results: Results) -> bool:
@@ -95,16 +134,21 @@ def heading(results: Results) -> str:
     return f"# {escape(results.title)}{part}"
 
 
-def scores(results: Results) -> list[str]:
-    """The first tables. Of variants of which some lack runs, they count what all have."""
+def scores(results: Results, compared: Sequence[Comparison] = ()) -> list[str]:
+    """The first table with the differences of the variants.
+
+    Where some variants lack runs, it counts what all of them have.
+    """
     if len(results.variants) < 2 or _is_whole(results):
-        return [f"Stable cells, {seeds_text(results)}:", headline(results), runs_table(results)]
+        return [f"Stable runs, {seeds_text(results)}:", runs_table(results, compared)]
     shared = common(results)
     if shared.trials.empty:
         return ["**The variants have no run in common yet, so they are not compared.**"]
     runs = plural(len(shared.trials) // shared.trials["variant"].nunique(), "run")
-    note = f"Stable cells, in the {runs} a variant that all of them have:"
-    return [note, headline(shared), runs_table(shared)]
+    return [
+        f"Stable runs, of the {runs} a variant that all of them have:",
+        runs_table(shared, compared),
+    ]
 
 
 def _completeness(results: Results, sources: Sources) -> str:
@@ -123,41 +167,25 @@ def _completeness(results: Results, sources: Sources) -> str:
     return "\n\n".join(part for part in (f"**Incomplete: {'; '.join(parts)}.**", rest) if part)
 
 
-def _how_to_read(results: Results) -> list[str]:
-    return [HOW_TO_READ, *([PAPER_ROWS] if compared_tables(results) else [])]
+def _next(results: Results, sources: Sources, compared: Compared) -> str:
+    """The command that would tell more; empty where the rest of the trials comes first."""
+    seeds = seeds_asked([*compared[0], *compared[1]])
+    if seeds is None or sources.with_seeds is None or not _is_whole(results):
+        return ""
+    return f"To tell more:\n\n{fenced(sources.with_seeds(seeds), 'sh')}"
 
 
-def _what_this_says(results: Results, sources: Sources) -> str:
+def _rests_on(results: Results, sources: Sources) -> str:
+    """In one line what was simulated, what was assumed, and where to read on."""
     assumed = frozenset(item for part in sources.parts for item in part.unpublished)
-    return section("What this says", sentences(results, len(assumed)))
-
-
-def _comparison(results: Results) -> str:
-    blocks = comparison_blocks(results)
-    return section("Comparison", *blocks) if blocks else ""
-
-
-def _cells(results: Results, folder: Path) -> str:
-    picture, tables = cells_map(results, folder), cell_tables(results)
-    rows = sum(line.startswith("| ") for line in tables.splitlines())
-    if rows > MOST_OPEN_ROWS and picture:
-        tables = details(f"The {plural(rows, 'row')} of the tables", tables)
-    return section("Cell by cell", legend(results), picture, tables)
-
-
-def _falls(results: Results, folder: Path) -> str:
-    counts, picture = falls_by_phase(results, PHASES), ""
-    if counts:
-        save(fall_map(counts), folder, "falls")
-        picture = image("Falls counted by direction and gait phase", "falls.png")
-    why = reasons(results)
-    unplanned = f"### Trials without a result\n\n{why}" if why else ""
-    return section(
-        "Falls", falls_table(results), picture, *strip_blocks(results, folder), unplanned
+    counts = f"{plural(len(results.trials), 'trial')}, {seeds_text(results)}"
+    hidden = (
+        f", and {plural(len(assumed), 'parameter')} of robot, gait, servos and ground that nobody "
+        "published (bold there)"
+        if assumed
+        else ""
     )
-
-
-def _provenance(sources: Sources) -> str:
-    again = f"This page again:\n\n{fenced(sources.command, 'sh')}"
-    parts = part_tables(sources.parts)
-    return section("Provenance", facts_table(sources.facts), again, sources.grounds, parts)
+    return (
+        f"This rests on {counts}{hidden}. [Details]({DETAILS}): every cell, every comparison, "
+        "falls, parameters with their sources, versions, and how to make this page again."
+    )

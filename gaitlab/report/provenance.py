@@ -4,19 +4,72 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
+from gaitlab.body import gantry_of
+from gaitlab.documents import Node, load, parse
+from gaitlab.errors import GaitlabError
+from gaitlab.experiment import Experiment
 from gaitlab.parameters import Parameter, get_path, parameters
+from gaitlab.plugins import label, locate
 from gaitlab.report.markdown import code, details, escape, table
-from gaitlab.report.notes import Notes
 from gaitlab.report.variants import value_text
 from gaitlab.report.words import plural
+from gaitlab.servos.files import load_servo
 from gaitlab.surfaces import Surface
+from gaitlab.surfaces.files import load_surface
 
 UNPUBLISHED = ("assumption", "reconstruction")
 # Differ from run to run without a result changing, so the page would.
 PER_RUN = ("finished", "wall_time")
+HELD = {
+    "level": "holds its lateral motion, roll, yaw and pitch",
+    "planar": "holds its lateral motion, roll and yaw",
+}
 MOST_VALUES = 4  # of one provenance entry; the rest is counted
+
+
+@dataclass(frozen=True, kw_only=True)
+class Notes:
+    """What a file says of its numbers.
+
+    Attributes:
+        values: The numbers themselves, by parameter.
+        sources: Where those come from that the file says it of.
+    """
+
+    values: Mapping[str, object] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+
+def file_notes(kind: Literal["surface", "servo"], name: str, folder: Path) -> Notes:
+    """Notes of a file; none when it is gone or no longer right, for the results outlive it."""
+    try:
+        nodes = load(locate(kind, name, folder)).mapping
+        owner = (load_surface if kind == "surface" else load_servo)(name, folder)
+    except GaitlabError:
+        return Notes()
+    return Notes(
+        values={item.name: get_path(owner, item.name) for item in parameters(type(owner))},
+        sources={key: str(source.value) for key, source in _sources(nodes).items()},
+    )
+
+
+def _sources(nodes: Mapping[str, Node]) -> dict[str, Node]:
+    given = {key: node.mapping.get("source") for key, node in nodes.items()}
+    return {key: node for key, node in given.items() if node is not None}
+
+
+def ground_notes(experiment: Experiment) -> dict[str, Notes]:
+    """Notes of every ground of an experiment, by what the experiment calls it."""
+    listed = parse(experiment.text, experiment.path).mapping.get("surfaces")
+    items = (listed.items or (listed,)) if listed else ()
+    files = {label(str(item.value)): str(item.value) for item in items}
+    return {
+        name: file_notes("surface", files.get(name, name), experiment.path.parent)
+        for name in experiment.parts.surfaces
+    }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,3 +224,24 @@ def seeds_text(seeds: Iterable[int]) -> str:
         else:
             runs.append([seed, seed])
     return ", ".join(str(low) if low == high else f"{low} to {high}" for low, high in runs)
+
+
+def gantry_note(parts: Sequence[Part]) -> str:
+    """A bold line for every robot on a gantry; empty when all stand on their own."""
+    robots = [part for part in parts if part.path == "robot"]
+    return " ".join(note for note in map(_note, robots) if note)
+
+
+def _note(part: Part) -> str:
+    if "robot.gantry" in part.varied:
+        return (
+            f"**On a gantry: the gantry of {escape(part.title)} is varied; only where it is `none` "
+            "does the robot balance by itself.**"
+        )
+    kind = gantry_of(part.value)
+    if kind == "none":
+        return ""
+    return (
+        f"**On a gantry: a rig {HELD[kind]}; {escape(part.title)} does not balance by itself, and "
+        "staying up says that its legs carried it.**"
+    )

@@ -11,9 +11,15 @@ from gaitlab.balancing import Balance
 from gaitlab.experiment import Experiment
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
-from gaitlab.report.notes import file_notes, ground_notes
 from gaitlab.report.page import Sources
-from gaitlab.report.provenance import Part, common_values, ground_table, seeds_text
+from gaitlab.report.provenance import (
+    Part,
+    common_values,
+    file_notes,
+    ground_notes,
+    ground_table,
+    seeds_text,
+)
 from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
 from gaitlab.shell import command, store_option
@@ -37,8 +43,16 @@ def sources(experiments: Sequence[Experiment], store: Store, results: Results) -
         grounds=ground_table(_grounds(experiments)),
         command="\n".join([*runs, command("report", experiments, store.path)]),
         runs="\n".join(runs),
+        with_seeds=lambda seeds: _with_seeds(experiments, store, seeds),
         options="".join(f" {shlex.quote(word)}" for word in store_option(store.path)),
     )
+
+
+def _with_seeds(experiments: Sequence[Experiment], store: Store, seeds: int) -> str:
+    """What simulates and reports the experiments with so many seeds a cell."""
+    option = ("--seeds", str(seeds))
+    runs = [command("run", [experiment], store.path, *option) for experiment in experiments]
+    return "\n".join([*runs, command("report", experiments, store.path, *option)])
 
 
 def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str]:

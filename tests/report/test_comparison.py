@@ -12,12 +12,10 @@ from gaitlab.report.comparison import (
     compared_grounds,
     compared_variants,
     comparison_blocks,
-    not_told_apart,
-    seeds_to_tell,
-    told_apart,
 )
 from gaitlab.report.matching import Matched, matched, matched_grounds
 from gaitlab.report.results import Results
+from gaitlab.report.sentences import not_told_apart, seeds_asked, told_apart
 from gaitlab.statistics import judged
 from tests.report.builder import results_of, trial
 
@@ -54,7 +52,8 @@ def pairs(results: Results) -> Matched:
 
 
 def comparison(results: Results) -> str:
-    return "\n\n".join(block for block in comparison_blocks(results) if block)
+    blocks = comparison_blocks(results, compared_variants(results), compared_grounds(results))
+    return "\n\n".join(block for block in blocks if block)
 
 
 def only(results: Results) -> Comparison:
@@ -128,7 +127,7 @@ def test_there_is_one_verdict_on_a_question_and_its_advice_asks_for_more_seeds()
         results = walks(range(3), shares=(0.9, 0.6), draw=draw)
         found = only(results)
         assert found.stable.verdict == "cannot tell"
-        seeds = seeds_to_tell([found])
+        seeds = seeds_asked([found])
         said = not_told_apart([found])
         if seeds is None:
             assert "some" not in said

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.picture.figure_style import new_figure, save
+from gaitlab.picture.figure_style import new_figure, save, vector_figures
 from gaitlab.report.forms import html_page, write_html
 from gaitlab.report.markdown import code, escape, image, section, table
 from tests.report.browser import CHROMIUM, Browser, browser
@@ -65,7 +65,8 @@ def folder(tmp_path: Path) -> Path:
     axes = figure.subplots()
     axes.plot([0, 1], [0, 1], "o-")
     axes.imshow([[0, 1], [1, 0]])
-    save(figure, tmp_path, "share")
+    with vector_figures():
+        save(figure, tmp_path, "share")
     return tmp_path
 
 

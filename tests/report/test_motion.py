@@ -11,13 +11,13 @@ import pytest
 
 from gaitlab.kinematics.transforms import axis_rotation, quaternion_of
 from gaitlab.log import TrialLog
-from gaitlab.report.extremes import extremes_section, shortened
+from gaitlab.report.extremes import extremes, extremes_blocks, shortened
 from gaitlab.report.figures.balance import Column, balance_figure
 from gaitlab.report.figures.foot_paths import foot_paths, shown_rows
 from gaitlab.report.figures.gait_phases import runs, swings
 from gaitlab.report.figures.heading import seen, support_extent
 from gaitlab.report.figures.joint_loads import most_loaded
-from gaitlab.report.telling import Walk, extremes, walks_of
+from gaitlab.report.representative import Walk, walks_of
 from tests.report.builder import results_of, toy_trial, toy_trials, trial, walk_log
 
 NAME = "none-grass_50mm-0.04-0"
@@ -155,7 +155,7 @@ def test_a_short_name_tells_a_trial_from_every_other() -> None:
 
 
 def test_the_commands_name_the_store_that_holds_the_trials() -> None:
-    text = extremes_section(results_of(toy_trials()), " --store elsewhere")
+    text = "\n".join(extremes_blocks(results_of(toy_trials()), " --store elsewhere"))
     assert text.count("gaitlab replay ") == 2
     assert text.count("--store elsewhere") == 2
 
@@ -165,4 +165,4 @@ def test_the_same_walk_gives_the_same_picture(tmp_path: Path) -> None:
 
     column = Column(walk=replace(walk(standing()), amplitude=0.1), others=[])
     files = [save(balance_figure([column]), tmp_path, name) for name in "ab"]
-    assert files[0].svg.read_bytes() == files[1].svg.read_bytes()
+    assert files[0].read_bytes() == files[1].read_bytes()

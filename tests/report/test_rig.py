@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gaitlab.report.provenance import Part
-from gaitlab.report.rig import gantry_note
+from gaitlab.report.provenance import Part, gantry_note
 from gaitlab.robots.biped import Robot as Biped
 from gaitlab.robots.eros import Robot as Eros
 

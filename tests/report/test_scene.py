@@ -103,8 +103,8 @@ def test_a_portrait_on_each_ground_is_drawn_alike_every_time(tmp_path: Path) -> 
     seen = set()
     for ground in GROUNDS:
         files = [save(portrait(stance(0.0), ground), tmp_path, name) for name in "ab"]
-        assert files[0].png.read_bytes() == files[1].png.read_bytes()
-        seen.add(files[0].png.read_bytes())
+        assert files[0].read_bytes() == files[1].read_bytes()
+        seen.add(files[0].read_bytes())
     assert len(seen) == len(GROUNDS)
 
 

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.report.cells import agreement, cell_tables, compared
-from gaitlab.report.comparison import comparison
+from gaitlab.report.comparison import compared_variants, comparison_blocks
 from gaitlab.report.falls import falls_table
 from gaitlab.report.forms.tidy import cells_frame
 from gaitlab.report.headline import headline, verdicts_note
 from gaitlab.report.maps import cells_map
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, cell_of, mean_percent, surface_percent
-from gaitlab.report.sentences import sentences
+from gaitlab.report.sentences import not_standing
 from gaitlab.report.words import DOES_NOT_STAND, cell_text, verdict_text
 from tests.report.builder import results_of, toy_trials
 
@@ -124,15 +124,15 @@ def test_every_part_of_the_page_is_made_of_cells_that_do_not_stand(tmp_path: Pat
     frame = cells_frame(found)
     assert set(frame["verdict"]) == {DOES_NOT_STAND}
     assert not frame["stable"].any()
-    assert str(len(frame)) in sentences(found, 0)
+    assert str(len(frame)) in not_standing(found)
     n = len(trials)
     counts = [cell.strip() for cell in falls_table(found).splitlines()[-1].split("|")]
     assert counts[2:5] == [str(n), f"{n} of {n}", str(n)]
-    assert comparison(found)
+    assert comparison_blocks(found, compared_variants(found), [])
     assert cells_map(found, tmp_path)
 
 
-def test_the_first_screen_says_how_many_verdicts_seeds_could_turn() -> None:
+def test_a_page_says_how_many_verdicts_seeds_could_turn() -> None:
     found = results(0)
     marked = cells_frame(found)["doubtful"]
     assert verdicts_note(found).startswith(f"**{int(marked.sum())} of {len(marked)} verdicts")

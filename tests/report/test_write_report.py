@@ -93,8 +93,9 @@ def test_a_finished_experiment_becomes_a_page(
     assert page == tmp_path / "out" / "README.md"
     assert text.startswith("# Does plainly walk?")
     assert "Incomplete" not in text
-    assert "12 trials planned: 12 done" in text
-    assert "lab|1" not in text
+    second = (tmp_path / "out" / "details.md").read_text(encoding="utf-8")
+    assert "12 trials planned: 12 done" in second
+    assert "lab|1" not in text + second
 
 
 def test_the_processor_is_named_where_it_is_known(
@@ -105,7 +106,8 @@ def test_the_processor_is_named_where_it_is_known(
     assert "processor" not in sources(both[:1], store, gather(both[:1], store)).facts
     run(store, both[0], trials[5:], processor="A CPU @ 3 GHz")
     assert sources(both[:1], store, gather(both[:1], store)).facts["processor"] == "`A CPU @ 3 GHz`"
-    assert "A CPU @ 3 GHz" in write_report(both[:1], store, tmp_path / "out").read_text("utf-8")
+    page = write_report(both[:1], store, tmp_path / "out")
+    assert "A CPU @ 3 GHz" in page.with_name("details.md").read_text("utf-8")
 
 
 def test_two_experiments_share_a_page_and_bring_a_variant_each(
@@ -116,9 +118,9 @@ def test_two_experiments_share_a_page_and_bring_a_variant_each(
     results = gather(both, store)
     assert [variant.compare for variant in results.variants] == ["eros_table7", "eros_table8"]
     assert [len(results.done_of(variant)) for variant in results.variants] == [12, 12]
-    text = write_report(both, store, tmp_path / "out").read_text(encoding="utf-8")
-    assert "heel strike + landing deceleration" in text
-    assert "10 → 70 %" in text
+    page = write_report(both, store, tmp_path / "out")
+    assert "heel strike + landing deceleration" in page.read_text(encoding="utf-8")
+    assert "10 → 70 %" in page.with_name("details.md").read_text(encoding="utf-8")
 
 
 def test_half_a_sweep_is_reported_as_half(
@@ -153,8 +155,9 @@ def test_the_command_of_the_page_repeats_the_options(
     run(store, both[0])
     asked = load_experiment(both[0].path, settings=("gait.step_height=0.03",), seeds=1)
     run(store, asked)
-    text = write_report([asked], store, tmp_path / "out").read_text(encoding="utf-8")
-    (line,) = [line for line in text.splitlines() if line.startswith("gaitlab report")]
+    page = write_report([asked], store, tmp_path / "out").with_name("details.md")
+    lines = page.read_text(encoding="utf-8").splitlines()
+    (line,) = [line for line in lines if line.startswith("gaitlab report")]
     words = shlex.split(line)
     assert words[2] == str(both[0].path)
     assert words[3:] == [

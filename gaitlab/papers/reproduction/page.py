@@ -19,6 +19,7 @@ from gaitlab.papers.reproduction.document import Reproduction
 from gaitlab.papers.reproduction.headline import headline
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections import section_text
+from gaitlab.picture.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.markdown import code, escape, fenced, section, table
@@ -66,7 +67,7 @@ def write_reproduction(
     """
     results = _results(reproduction, store)
     folder = output or REPORTS / reproduction.name
-    with published(folder, force=force) as place:
+    with published(folder, force=force) as place, vector_figures(html or tables):
         context = Context(
             results=results,
             experiments={member.name: member for member in reproduction.members},

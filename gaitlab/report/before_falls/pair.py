@@ -13,9 +13,9 @@ from gaitlab.replay.replay import write_replay
 from gaitlab.replay.take import Recorded
 from gaitlab.report.before_falls.reading import body_log
 from gaitlab.report.figures.balance import Column, balance_figure
+from gaitlab.report.representative import Walk
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
-from gaitlab.report.telling import Walk
 from gaitlab.report.variants import Value, Variant
 from gaitlab.store import Store
 

@@ -32,7 +32,7 @@ from gaitlab.picture.figure_style import (
 )
 from gaitlab.report.figures.gait_phases import phase_keys, runs, shade, swings, walking_time
 from gaitlab.report.figures.heading import AXES, seen, support_extent
-from gaitlab.report.telling import Walk
+from gaitlab.report.representative import Walk
 
 THIN = "#8F8F8F"  # seeds beside the shown one
 LARGEST_SHOWN = 30.0  # degrees; a robot lying down would flatten the walk before it

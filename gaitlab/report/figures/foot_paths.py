@@ -25,7 +25,7 @@ from gaitlab.picture.figure_style import (
     wrapped,
 )
 from gaitlab.report.figures.heading import foot_rotation, seen
-from gaitlab.report.telling import Walk
+from gaitlab.report.representative import Walk
 
 CYCLES = 2.0  # shown before the fall, or in the middle of the walk
 SOLES = 8  # drawn a cycle

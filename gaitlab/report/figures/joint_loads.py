@@ -15,7 +15,7 @@ from gaitlab.metrics.saturation_share import NEAR_LIMIT
 from gaitlab.picture.figure_style import BLUE, INK, ORANGE, VERMILLION, new_figure, style
 from gaitlab.report.figures.foot_paths import shown_rows
 from gaitlab.report.figures.gait_phases import runs, walking_time
-from gaitlab.report.telling import Walk
+from gaitlab.report.representative import Walk
 
 JOINTS = 3
 SATURATED = "#F7D9C7"

@@ -16,7 +16,7 @@ from markdown_it.token import Token
 from markdown_it.utils import OptionsDict
 
 from gaitlab.report.forms.html_figures import figure
-from gaitlab.report.forms.tokens import Heading, headings, parser
+from gaitlab.report.forms.tokens import Heading, headings, parser, whole_text
 
 FILE = "index.html"
 LISTED = (2, 3)  # levels of headings in the table of contents
@@ -30,7 +30,7 @@ _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
 def write_html(page: Path) -> Path:
     """Write index.html beside a page of Markdown; the same page gives the same bytes."""
     target = page.with_name(FILE)
-    text = html_page(page.read_text(encoding="utf-8"), page.parent)
+    text = html_page(whole_text(page), page.parent)
     target.write_text(text, encoding="utf-8")
     return target
 

@@ -21,6 +21,7 @@ from gaitlab.report.forms.tokens import (
     plain,
     slug,
     unused,
+    whole_text,
 )
 from gaitlab.report.markdown import code, escape, fenced, table
 from gaitlab.report.results import Results
@@ -56,7 +57,7 @@ def write_tables(page: Path, results: Results | None = None) -> list[Path]:
     Returns:
         The files, README.md first.
     """
-    tokens = parse(page.read_text(encoding="utf-8"))
+    tokens = parse(whole_text(page))
     folder = page.parent / FOLDER
     folder.mkdir(exist_ok=True)
     named, origin = dict(named_tables(tokens)), origin_of(tokens)

@@ -6,10 +6,12 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
+DETAILS = "details.md"  # second page of a report, beside the first
 SECTION = 2  # level of the headings of sections
 DIALECT = "commonmark"  # with tables: what code-hosting pages render
 
@@ -46,6 +48,16 @@ class PageTable:
     header: tuple[Token, ...]
     rows: tuple[tuple[Token, ...], ...]
     align: str
+
+
+def whole_text(page: Path) -> str:
+    """A page and, if it has a second one, that below it as one text."""
+    text, second = page.read_text(encoding="utf-8"), page.with_name(DETAILS)
+    if page.name == DETAILS or not second.is_file():
+        return text
+    _, first, rest = second.read_text(encoding="utf-8").partition("\n## ")
+    anchor = anchor_of(rest.partition("\n")[0])
+    return f"{text.replace(f']({DETAILS})', f'](#{anchor})')}{first}{rest}"
 
 
 def parser() -> MarkdownIt:

@@ -9,6 +9,7 @@ from pathlib import Path
 from gaitlab.errors import UnknownName, UsageError
 from gaitlab.experiment import Experiment, Value
 from gaitlab.outputs import published
+from gaitlab.picture.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.provenance import common_values, seeds_text
@@ -75,7 +76,7 @@ def write_study_report(
     found = [findings_of(one, store, storage) for one in experiments]
     folder = output or REPORTS / "+".join(one.name for one in experiments)
     single = len(found) == 1
-    with published(folder, force=force) as place:
+    with published(folder, force=force) as place, vector_figures(html or tables):
         page = write_study_page(found[0], place) if single else write_pages_together(found, place)
         if tables:
             write_tables(page)

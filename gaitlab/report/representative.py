@@ -1,8 +1,8 @@
-"""Which trials are worth a look: one cell that tells the variants apart, and the extremes."""
+"""Which walks are drawn: one cell that tells the variants apart, and its representative trials."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -56,7 +56,7 @@ def representative(trials: pd.DataFrame) -> str:
     return str(ordered["trial_id"].iloc[(len(ordered) - 1) // 2])
 
 
-def telling_cell(results: Results) -> tuple[Value, Value] | None:
+def representative_cell(results: Results) -> tuple[Value, Value] | None:
     """Row and column whose walks say most; None if nothing was simulated.
 
     The cell in which most variants were simulated and their stable shares differ most; of equals,
@@ -106,28 +106,3 @@ def _walk(results: Results, variant: Variant, row: Value, column: Value) -> Walk
         others=tuple(str(name) for name in trials["trial_id"] if name != shown),
         falls=int(truth(trials["fell"]).sum()),
     )
-
-
-def extremes(results: Results) -> Iterator[tuple[str, pd.Series]]:
-    """The best and the worst trial of the page, each with what makes it so.
-
-    Best is the farthest walk without a fall, worst the earliest fall; when nobody fell, the
-    shortest walk, and when everybody fell, the latest fall is the best.
-    """
-    done = results.done.assign(late=pd.to_numeric(results.done["time_to_fall"]))
-    fell = truth(done["fell"])
-    up, down = done[~fell], done[fell]
-    if len(up):
-        yield "farthest walk without a fall", _first(up, "distance", rising=False)
-    elif len(down):
-        yield "latest fall", _first(down, "late", rising=False)
-    if len(down):
-        yield "earliest fall", _first(down, "late", rising=True)
-    elif len(up) > 1:
-        yield "shortest walk", _first(up, "distance", rising=True)
-
-
-def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:
-    """First trial in the order of a column; of equals the first of the plan."""
-    keyed = trials.assign(key=pd.to_numeric(trials[column]))
-    return keyed.sort_values("key", ascending=rising, kind="stable", na_position="last").iloc[0]
