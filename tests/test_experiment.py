@@ -48,12 +48,6 @@ def test_the_quick_experiment_shares_its_cells_with_no_other_constants() -> None
     assert (quick.gait, quick.robot, quick.surfaces) == (table.gait, table.robot, table.surfaces)
 
 
-@pytest.mark.parametrize(("reading", "printed"), [("foot_travel", 8), ("cm", 4), ("mm", 40)])
-def test_a_step_length_is_printed_as_the_paper_is_read(tmp_path, reading, printed) -> None:
-    text = changed("compare: eros_table7", f"distance_reading: {reading}")
-    assert read(tmp_path, text).report.printed_distance(0.04) == pytest.approx(printed)
-
-
 def test_axes_hold_what_the_file_varies(tmp_path: Path) -> None:
     axes = read(tmp_path).axes
     assert [axis.paths for axis in axes] == [

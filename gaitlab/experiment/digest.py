@@ -13,6 +13,7 @@ from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 from gaitlab.plugins import label
 
+USUAL = "foot_travel"  # reading of a file that names none, as digests have always called it
 DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
 
 
@@ -25,7 +26,7 @@ def digest(
 ) -> str:
     """SHA-256 of everything that an experiment resolves to. 64 hex digits."""
     parts, *others = walkers.values()
-    layout = values(replace(report, title=""))
+    layout = values(replace(report, title="", distance_reading=report.distance_reading or USUAL))
     content = {
         **_walker_content(parts),
         "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from gaitlab.documents import Node
-from gaitlab.errors import FileError, Problem
+from gaitlab.errors import FileError, Problem, UnknownName
 from gaitlab.experiment.axes import Axis
 from gaitlab.experiment.design_reading import box_paths
+from gaitlab.experiment.reference import load_reference
+from gaitlab.experiment.reference import names as reference_names
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.metrics import numeric_names
-from gaitlab.plugins import PACKAGE, suggestion
+from gaitlab.plugins import suggestion
 
 
 def read_layout(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportSettings:
     """Report settings with title and rows filled in.
 
     Raises:
-        FileError: If a path is not varied, a metric is unknown or a word, or no published table
-            has that name.
+        FileError: If a path is not varied, a metric is unknown or a word, or no reference table
+            has that name or that reading.
     """
     varied = [path for axis in axes for path in axis.paths]
     node = tree.mapping.get("report", tree)
@@ -34,6 +35,7 @@ def read_layout(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportS
         for key, allowed in _allowed(varied).items()
         for problem in _unknown(node, key, allowed)
     ]
+    problems += _reference_problems(node)
     problems = problems or [*_used_twice(node, report), *_no_pairs(node)]
     if problems:
         raise FileError(problems)
@@ -43,23 +45,28 @@ def read_layout(tree: Node, sections: Sections, axes: Sequence[Axis]) -> ReportS
 def _allowed(varied: Sequence[str]) -> dict[str, Sequence[str]]:
     """Names that each key of the section takes."""
     paths = ["surface", *varied]
-    tables = sorted(
-        file.stem for file in (PACKAGE / "papers" / "printed").glob("*.csv") if _of_cells(file)
-    )
     return {
         "rows": paths,
         "columns": paths,
         "variants": varied,
-        "compare": tables,
         "metrics": numeric_names(),
         "maps": paths,
     }
 
 
-def _of_cells(table: Path) -> bool:
-    """Whether a published table says which cells were stable."""
-    with table.open(encoding="utf-8") as lines:
-        return "pedestal_1" in next(lines, "").split(",")
+def _reference_problems(node: Node) -> list[Problem]:
+    """An unknown reference table, or a reading that it has not."""
+    compare, reading = (node.mapping.get(key) for key in ("compare", "distance_reading"))
+    named = [str(compare.value)] if compare is not None and compare.value is not None else []
+    try:
+        tables = [load_reference(name, node.folder) for name in named or reference_names()]
+    except UnknownName as error:
+        return [compare.problem(f"report.compare: {error}")] if compare is not None else []
+    known = list(dict.fromkeys(name for table in tables for name in table.readings))
+    if reading is None or reading.value in known:
+        return []
+    message = f"report.distance_reading: found {reading.found()}"
+    return [reading.problem(f"{message}{suggestion(str(reading.value), known)}")]
 
 
 def _unknown(report: Node, key: str, allowed: Sequence[str]) -> list[Problem]:

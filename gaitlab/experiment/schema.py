@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 from gaitlab.documents import Node
 from gaitlab.parameters import parameter
 from gaitlab.settings import EngineSettings, Horizon, Spread
-
-PRINTED_PER_METRE = {"foot_travel": 200.0, "cm": 100.0, "mm": 1000.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +27,7 @@ class ReportSettings:
         (), unit="-", doc="dotted paths of which every combination gets a table of its own"
     )
     compare: str | None = parameter(
-        None, unit="-", doc="published table to print beside, eros_table7 for instance"
+        None, unit="-", doc="reference table to print beside: eros_table7 or a file, ./ours.yaml"
     )
     metrics: tuple[str, ...] = parameter(
         (), unit="-", doc="metrics drawn for each surface; by default six"
@@ -41,17 +38,9 @@ class ReportSettings:
         doc="pairs of dotted paths over which the stable share is mapped; by default chosen when "
         "more than two are varied",
     )
-    distance_reading: Literal["foot_travel", "cm", "mm"] = parameter(
-        "foot_travel",
-        unit="-",
-        doc="what a printed distance d means: d cm that the swing foot travels, so a step length "
-        "of d/2 cm; or a step length of d cm; or of d mm",
-        source="reconstruction: the unit differs between the paper's text and tables",
+    distance_reading: str = parameter(
+        "", unit="-", doc="which reading of that table's rows holds; by default its first"
     )
-
-    def printed_distance(self, step_length: float) -> float:
-        """Numeral that the paper prints for a step length in [m]."""
-        return step_length * PRINTED_PER_METRE[self.distance_reading]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,8 @@ from gaitlab.gaits.eros import Gait, deceleration_increments
 from gaitlab.papers._eros_kinematics_errata import CROUCH, kinematics_errata, left_leg
 from gaitlab.papers._printed_leg import eros_joints
 from gaitlab.papers.page import Erratum
-from gaitlab.report.reference import published, rows_of
+from gaitlab.papers.printed import eros_tables
+from gaitlab.papers.printed import rows as rows_of
 from gaitlab.robots.eros import Robot
 
 
@@ -131,7 +132,7 @@ def _result_errata() -> tuple[Erratum, ...]:
     falls = sorted(float(row["distance_mm"]) for row in walks)
     apart = ", ".join(f"{b - a:.0f}" for a, b in pairwise(falls))
     longest = max(float(row["X_mm"]) for row in walks)
-    plain, best = published("eros_table7"), published("eros_table8")
+    plain, best = eros_tables()
     backward = [
         (plain.cells[place], best.cells[place])
         for place in plain.cells
@@ -139,6 +140,8 @@ def _result_errata() -> tuple[Erratum, ...]:
     ]
     same = sum(a == b for a, b in backward)
     reach = _reach()
+    stated = [float(table.content.stated_mean or 0.0) for table in (plain, best)]
+    counted = [table.counted_mean for table in (plain, best)]
     return (
         Erratum(
             where="Figs 24 to 28",
@@ -163,11 +166,10 @@ def _result_errata() -> tuple[Erratum, ...]:
         ),
         Erratum(
             where="text on Table 7",
-            printed=f"efficiency {plain.stated_efficiency:.0f} %",
-            correct=f"{plain.counted_efficiency:.0f} % by the printed table",
+            printed=f"efficiency {stated[0]:.0f} %",
+            correct=f"{counted[0]:.0f} % by the printed table",
             effect=(
-                f"the gain is {best.counted_efficiency - plain.counted_efficiency:.0f} points, not "
-                f"{best.stated_efficiency - plain.stated_efficiency:.0f}"
+                f"the gain is {counted[1] - counted[0]:.0f} points, not {stated[1] - stated[0]:.0f}"
             ),
         ),
         Erratum(

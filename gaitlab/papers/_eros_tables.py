@@ -15,9 +15,11 @@ import pandas as pd
 
 from gaitlab.errors import StoreError, UnknownName, UsageError
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.reference import Place, load_reference
 from gaitlab.papers.page import Comparison, Row, Table
+from gaitlab.papers.printed import forward_counted, pedestals
+from gaitlab.papers.printed import rows as rows_of
 from gaitlab.report.gather import gather
-from gaitlab.report.reference import Place, pedestals, place_of, published, rows_of
 from gaitlab.robots.eros import Robot
 from gaitlab.statistics import distance_difference, efficiency, stability_percent, stable_cell
 from gaitlab.store import Store
@@ -117,15 +119,14 @@ def _model(name: str) -> list[tuple[str, tuple[float, float, float]]]:
 
 def walking_table(name: str, store: Path) -> Table:
     """Table 7 or 8 cell by cell: what is printed, and how many simulated walks were stable."""
-    printed, trials = published(name), simulated(store, name)
-    cells = _stable_counts(trials)
-    places = list(dict.fromkeys((place.direction, place.distance) for place in printed.cells))
+    printed, trials = load_reference(name), simulated(store, name)
+    cells = _stable_counts(name, trials)
     surfaces = list(printed.stated)
     rows = []
-    for direction, distance in places:
-        here = [Place(direction, distance, surface) for surface in surfaces]
+    for number in printed.content.printed:
+        here = [Place(number, surface) for surface in surfaces]
         shown = [_cell(printed.cells[place], cells.get(place)) for place in here]
-        rows.append((direction, str(distance), *shown))
+        rows.append((here[0].direction, f"{here[0].distance:g}", *shown))
     return Table(
         title=f"{printed.title}: stable walks",
         text=_sentence(name, printed.cells, cells),
@@ -134,13 +135,13 @@ def walking_table(name: str, store: Path) -> Table:
     )
 
 
-def _stable_counts(trials: pd.DataFrame) -> dict[Place, tuple[int, int]]:
+def _stable_counts(name: str, trials: pd.DataFrame) -> dict[Place, tuple[int, int]]:
     """Stable walks and walks by cell of the printed table, read as travel of the swing foot."""
     if trials.empty:
         return {}
     found: dict[Place, tuple[int, int]] = {}
     for (step, surface), group in trials.groupby([STEP, "surface"]):
-        place = place_of(float(str(step)), str(surface), "foot_travel")
+        place = load_reference(name).place(float(str(step)), str(surface), "foot_travel")
         if place is not None:
             found[place] = (int(group["stable"].fillna(value=False).astype(bool).sum()), len(group))
     return found
@@ -178,21 +179,30 @@ def efficiencies() -> list[Comparison]:
 
 
 def _efficiency(name: str) -> Comparison:
-    printed = published(name)
+    printed = load_reference(name)
+    forward = forward_counted(printed)
     rows = [
-        Row(label=f"{surface}, all 10 rows", printed=stated, ours=printed.counted(surface))
+        Row(label=f"{surface}, all 10 rows", printed=stated, ours=printed.counted[surface])
         for surface, stated in printed.stated.items()
     ]
     rows += [
-        Row(label=f"{surface}, 7 forward rows", printed=stated, ours=_forward(name, surface))
+        Row(
+            label=f"{surface}, 7 forward rows",
+            printed=stated,
+            ours=forward_counted(printed)[surface],
+        )
         for surface, stated in printed.stated.items()
     ]
-    forward = efficiency([_forward(name, surface) for surface in printed.stated])
     stated_mean = efficiency(list(printed.stated.values()))
-    mean = printed.stated_efficiency
+    mean = printed.content.stated_mean
+    ahead = efficiency(list(forward.values()))
     rows += [
-        Row(label="efficiency, all 10 rows", printed=mean, ours=printed.counted_efficiency),
-        Row(label="efficiency, 7 forward rows", printed=mean, ours=forward),
+        Row(label="efficiency, all 10 rows", printed=mean, ours=printed.counted_mean),
+        Row(
+            label="efficiency, 7 forward rows",
+            printed=mean,
+            ours=ahead,
+        ),
         Row(label="efficiency, mean of what is stated", printed=mean, ours=stated_mean),
     ]
     if name == "eros_table7":
@@ -201,15 +211,9 @@ def _efficiency(name: str) -> Comparison:
     return Comparison(title=title, unit="%", digits=1, rows=rows)
 
 
-def _forward(name: str, surface: str) -> float:
-    cells = published(name).cells.items()
-    ahead = [v for k, v in cells if k.surface == surface and k.direction == "forward"]
-    return stability_percent(ahead)
-
-
 def _explained() -> Iterator[Row]:
     """What Table 7 counts to if its backward rows are a copy of Table 8's."""
-    printed = published("eros_table7")
+    printed = load_reference("eros_table7")
     for number, surface in pedestals().items():
         cells = [
             v for k, v in printed.cells.items() if k.surface == surface and k.direction == "forward"

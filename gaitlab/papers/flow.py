@@ -17,7 +17,7 @@ from gaitlab.papers._flow_errata import STANDING, errata
 from gaitlab.papers._parallelogram import parallelogram_table
 from gaitlab.papers._printed_arm import printed_tip_error
 from gaitlab.papers.page import Comparison, Page, Row, Table
-from gaitlab.report.reference import rows_of
+from gaitlab.papers.printed import rows as rows_of
 from gaitlab.robots.flow import Robot
 
 PAPER = (

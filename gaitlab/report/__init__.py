@@ -45,7 +45,7 @@ def write_report(
     Raises:
         UsageError: If there is no experiment, none of its trials was run, or the experiments
             cannot share a page.
-        UnknownName: If `report.compare` is no published table.
+        UnknownName: If `report.compare` is no reference table.
     """
     if not experiments:
         raise UsageError("a report needs at least one experiment; `gaitlab list experiments`")

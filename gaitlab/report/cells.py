@@ -1,12 +1,12 @@
-"""The tables cell by cell, in the paper's own layout, with agreement counted."""
+"""The tables cell by cell, beside a reference table if there is one, with agreement counted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from gaitlab.experiment.reference import Place, ReferenceTable
 from gaitlab.report.markdown import escape, table
-from gaitlab.report.reference import STEP_LENGTH_OF_ONE, Place, place_of, published
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Value, Variant, value_text
@@ -18,15 +18,15 @@ DIRECTIONS = ("forward", "backward")
 
 
 class Compared(NamedTuple):
-    """One of our cells beside the paper's."""
+    """One of our cells beside that of a reference table."""
 
     place: Place
     ours: Cell
     printed: bool
 
 
-def paper_verdicts(results: Results) -> dict[tuple[str, Value, Value], bool]:
-    """The paper's verdict by variant label, row and column, where it prints one."""
+def reference_verdicts(results: Results) -> dict[tuple[str, Value, Value], bool]:
+    """Verdict of the reference table by variant label, row and column, where it has one."""
     found = {}
     for variant in results.variants:
         for row in results.row_values:
@@ -40,11 +40,11 @@ def paper_verdicts(results: Results) -> dict[tuple[str, Value, Value], bool]:
 def _printed(
     results: Results, variant: Variant, row: Value, column: Value
 ) -> tuple[Place, bool] | None:
-    if variant.compare is None or (results.rows, results.columns) != (STEP, "surface"):
+    reference = variant.compare
+    if reference is None or results.columns != "surface" or results.rows != reference.content.rows:
         return None
-    place = place_of(float(row), str(column), results.reading)
-    cells = published(variant.compare).cells
-    return (place, cells[place]) if place is not None and place in cells else None
+    place = reference.place(float(row), str(column), results.reading)
+    return None if place is None else (place, reference.cells[place])
 
 
 def compared(results: Results, variant: Variant) -> list[Compared]:
@@ -60,7 +60,7 @@ def compared(results: Results, variant: Variant) -> list[Compared]:
 
 
 def agreement(pairs: Sequence[Compared], score: Score = "stable") -> str:
-    """Share of cells with the paper's verdict, with n and interval; no verdict is another."""
+    """Share of cells with the printed verdict, with n and interval; no verdict is another."""
     equal = sum(pair.ours.verdict(score) == pair.printed for pair in pairs)
     return share(equal, len(pairs), wilson(equal, len(pairs)))
 
@@ -100,8 +100,8 @@ def _direction_block(
 
 
 def _row_title(results: Results) -> str:
-    if _has_distances(results):
-        return "printed distance (step length)"
+    if reference_of(results) is not None:
+        return f"as printed ({escape(path_text(results.rows))})"
     return "" if results.rows == ONE_ROW else escape(path_text(results.rows))
 
 
@@ -109,16 +109,19 @@ def _column_titles(results: Results) -> list[str]:
     return [escape(column_text(results, value)) for value in results.column_values]
 
 
-def _has_distances(results: Results) -> bool:
-    return results.rows == STEP and any(variant.compare for variant in results.variants)
+def reference_of(results: Results) -> ReferenceTable | None:
+    """The first reference table that a variant stands beside, if its rows are those here."""
+    tables = (variant.compare for variant in results.variants if variant.compare)
+    return next((table for table in tables if table.content.rows == results.rows), None)
 
 
 def row_text(results: Results, row: Value) -> str:
-    """Title of a row: the printed numeral and the step length it stands for, or the value."""
-    if not _has_distances(results):
-        return escape(value_text(row)) + (" m" if results.rows == STEP else "")
-    printed = abs(float(row)) / STEP_LENGTH_OF_ONE[results.reading]
-    return f"{printed:.4g} ({float(row):.3g} m)"
+    """Title of a row: the printed number and the value it stands for, or the value."""
+    reference, unit = reference_of(results), " m" if results.rows == STEP else ""
+    if reference is None:
+        return escape(value_text(row)) + unit
+    printed = abs(reference.printed(float(row), results.reading))
+    return f"{printed:.4g} ({float(row):.3g}{unit})"
 
 
 def _row(results: Results, variant: Variant, row: Value) -> list[str]:
@@ -127,7 +130,7 @@ def _row(results: Results, variant: Variant, row: Value) -> list[str]:
 
 
 def _marked(results: Results, variant: Variant, row: Value, column: Value) -> str:
-    """Our verdict and the paper's in brackets; bold where they differ."""
+    """Our verdict and the printed one in brackets; bold where they differ."""
     cell = results.cell(variant, row, column)
     printed = _printed(results, variant, row, column)
     text = cell_text(cell)
@@ -141,31 +144,12 @@ def _agreement_lines(results: Results, variant: Variant, direction: str) -> list
     pairs = [pair for pair in compared(results, variant) if pair.place.direction == direction]
     if not pairs or variant.compare is None:
         return []
-    title = published(variant.compare).title
+    title = variant.compare.title
     text = (
         f"Cells with the verdict of {title}, {direction}: {agreement(pairs)}; "
         f"by the strict score {agreement(pairs, 'stable_strict')}."
     )
-    if direction == "backward":
-        text += (
-            " The backward blocks of Tables 7 and 8 are printed identical and the percentages "
-            "stated for Table 7 do not fit its own, so this agreement says little."
-        )
     return [text]
-
-
-def forward_agreement(results: Results, variants: Iterable[Variant]) -> str:
-    """Agreement over the forward cells of several variants; empty when nothing is comparable."""
-    pairs = [pair for variant in variants for pair in compared(results, variant)]
-    forward = [pair for pair in pairs if pair.place.direction == "forward"]
-    return f"{agreement(forward)}, of the forward cells" if forward else ""
-
-
-READINGS = {
-    "foot_travel": "the world travel of the swing foot in cm, two step lengths",
-    "cm": "the step length in cm",
-    "mm": "the step length in mm",
-}
 
 
 def legend(results: Results) -> str:
@@ -176,9 +160,11 @@ def legend(results: Results) -> str:
         "Where more than half did, the cell says that the robot does not stand, and nothing of the "
         "gait. A ? marks a verdict that rests on a share whose interval holds one half"
     )
-    if not _has_distances(results):
+    reference = reference_of(results)
+    if reference is None:
         return text + "."
     return (
-        f"{text}. In brackets is what the paper prints; **bold where the two differ**. The "
-        f"printed distance is read as {READINGS[results.reading]}."
-    )
+        f"{text}. In brackets is what is printed in {reference.source}; **bold where the two "
+        f"differ**. A printed row is read as {reference.readings[results.reading].text}. "
+        f"{reference.content.note}"
+    ).strip()

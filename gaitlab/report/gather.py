@@ -11,11 +11,10 @@ import pandas as pd
 from gaitlab.canonical import values
 from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
+from gaitlab.experiment.reference import ReferenceTable, load_reference
 from gaitlab.plan import plan
-from gaitlab.report.reference import OPTIMISATION, published, table_of_optimisation
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
-from gaitlab.report.walks import STEP, SWAY
 from gaitlab.report.words import plural
 from gaitlab.shell import command
 from gaitlab.store import Store
@@ -27,7 +26,6 @@ OUTCOMES = (
     *("stable", "stable_strict", "fell", "fell_standing"),
     *("fall_direction", "fall_phase", "time_to_fall"),
 )
-COMPARED = (STEP, SWAY, *OPTIMISATION)  # what the printed tables and walks differ in
 NEEDED = ("reason", "distance", *OUTCOMES)  # columns that a store without a done trial lacks
 
 
@@ -37,7 +35,7 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     Raises:
         NothingRun: If none of the trials is in the store.
         UsageError: If the experiments cannot share a table.
-        UnknownName: If `report.compare` is no published table.
+        UnknownName: If `report.compare` is no reference table.
     """
     first = experiments[0]
     rows, columns = first.report.rows, first.report.columns
@@ -60,7 +58,7 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
         rows=rows,
         columns=columns,
         variants=tuple(_compared(experiments, trials, variants)),
-        reading=first.report.distance_reading,
+        reading=_reading(first),
         units=_units(experiments),
         metrics=tuple(dict.fromkeys(name for e in experiments for name in e.report.metrics)),
         maps=tuple(dict.fromkeys(pair for e in experiments for pair in e.report.maps)),
@@ -144,7 +142,7 @@ def _planned(experiments: Sequence[Experiment], rows: str, columns: str) -> pd.D
                 f"{MOST_TRIALS}; split the grid"
             )
     bases = [_base(experiment) for experiment in experiments]
-    asked = [path for path in COMPARED if path in bases[0]]
+    asked = [path for path in _walked_in(experiments) if path in bases[0]]
     paths = dict.fromkeys((rows, columns, *asked, *_unshared(experiments, bases)))
     frame = pd.DataFrame(
         row
@@ -243,28 +241,49 @@ def _with_outcomes(
     return trials.assign(**dict.fromkeys(missing))
 
 
+def _references(experiment: Experiment) -> list[ReferenceTable]:
+    """The reference table that an experiment names, and those of other variants beside it."""
+    name, folder = experiment.report.compare, experiment.path.parent
+    if name is None:
+        return []
+    first = load_reference(name, folder)
+    return [first, *(load_reference(other, folder) for other in first.content.others)]
+
+
+def _reading(experiment: Experiment) -> str:
+    """What the printed rows mean: as the file says, by default the table's first reading."""
+    usual = (next(iter(table.readings)) for table in _references(experiment))
+    return experiment.report.distance_reading or next(usual, "")
+
+
+def _walked_in(experiments: Sequence[Experiment]) -> dict[str, None]:
+    """Paths by which a variant is told to stand beside one of its tables."""
+    tables = [table for experiment in experiments for table in _references(experiment)]
+    return {path: None for table in tables for path in table.content.variant or {}}
+
+
 def _compared(
     experiments: Sequence[Experiment], trials: pd.DataFrame, variants: Sequence[Variant]
 ) -> Iterator[Variant]:
-    """The variants with the printed table that their experiment sets them beside."""
-    tables: dict[str, str | None] = {}
+    """The variants with the reference table that their experiment sets them beside."""
+    tables: dict[str, ReferenceTable | None] = {}
     for experiment in experiments:
         tables |= _tables(experiment, trials[trials["experiment"] == experiment.name])
     return (replace(variant, compare=tables.get(variant.label)) for variant in variants)
 
 
-def _tables(experiment: Experiment, trials: pd.DataFrame) -> dict[str, str | None]:
-    """Printed table by label of the variants of an experiment.
+def _tables(experiment: Experiment, trials: pd.DataFrame) -> dict[str, ReferenceTable | None]:
+    """Reference table by label of the variants of an experiment.
 
-    A single variant is set beside the table that the file names. Of several, those without either
-    half of the optimisation answer to Table 7, those with both to Table 8, the others to none.
+    A single variant stands beside the table that the file names, each of several beside the one
+    whose walks had its values.
     """
-    name = experiment.report.compare
-    if name is None:
-        return {}
-    published(name)
-    firsts = trials.drop_duplicates("variant").to_dict("records")
+    tables = _references(experiment)
+    firsts = trials.drop_duplicates("variant").to_dict("records") if tables else []
     if len(firsts) == 1:
-        return {str(firsts[0]["variant"]): name}
+        return {str(firsts[0]["variant"]): tables[0]}
     named = ({str(key): value for key, value in first.items()} for first in firsts)
-    return {str(first["variant"]): table_of_optimisation(first) for first in named}
+    return {
+        str(first["variant"]): next((t for t in tables if t.answers(first)), None)
+        for first in named
+    }

@@ -1,14 +1,14 @@
-"""The headline of a report: stability per column and efficiency, ours and the paper's."""
+"""The headline of a report: stability per column and efficiency, ours and as printed elsewhere."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isnan, nan
 
-from gaitlab.report.cells import paper_verdicts
+from gaitlab.experiment.reference import ReferenceTable
+from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.comparison import Comparison, difference, loud
 from gaitlab.report.markdown import escape, table
-from gaitlab.report.reference import published
 from gaitlab.report.results import Results
 from gaitlab.report.scores import (
     Cell,
@@ -43,7 +43,7 @@ def headline(results: Results) -> str:
         for variant in results.variants
         for score, suffix in SCORES
     ]
-    return table(header, [*ours, *paper_rows(results)], "l")
+    return table(header, [*ours, *reference_rows(results)], "l")
 
 
 def _titles(results: Results) -> list[str]:
@@ -84,28 +84,31 @@ def _efficiency_text(columns: Sequence[Sequence[Cell]], score: Score) -> str:
     return f"{text}; {percent(mean_percent(feasible, score))} of the cells within reach"
 
 
-def paper_rows(results: Results) -> list[list[str]]:
-    """The paper's rows: as stated, as counted, and counted over the cells that we have too."""
-    names = compared_tables(results)
-    tables = [published(name) for name in names]
+def reference_rows(results: Results) -> list[list[str]]:
+    """What is printed elsewhere: as stated, as counted, and counted over the cells here too."""
+    tables = reference_tables(results)
     surfaces = [str(value) for value in results.column_values]
     if not tables or results.columns != "surface":
         return []
-    stated, counted = [t.stated for t in tables], [t.all_counted for t in tables]
-    same = [_same_cells(results, name) for name in names]
-    return [
-        _paper_row("paper, stated", stated, surfaces, [t.stated_efficiency for t in tables]),
-        _paper_row("paper, counted", counted, surfaces, [t.counted_efficiency for t in tables]),
-        _paper_row("paper, our rows only", same, surfaces, [_mean(values) for values in same]),
+    stated, means = [t.stated for t in tables], [t.content.stated_mean for t in tables]
+    counted, same = [t.counted for t in tables], [_same_cells(results, t) for t in tables]
+    rows = [
+        _reference_row("printed, counted", counted, surfaces, [t.counted_mean for t in tables]),
+        _reference_row("printed, our rows only", same, surfaces, [_mean(v) for v in same]),
     ]
+    if not any(stated):
+        return rows
+    known = [nan if mean is None else mean for mean in means]
+    return [_reference_row("printed, stated", stated, surfaces, known), *rows]
 
 
-def compared_tables(results: Results) -> list[str]:
-    """Published tables that the variants are set beside, each once, in the order of their names."""
-    return sorted({variant.compare for variant in results.variants if variant.compare})
+def reference_tables(results: Results) -> list[ReferenceTable]:
+    """Those that the variants stand beside, each once, in the order of their names."""
+    found = {v.compare.name: v.compare for v in results.variants if v.compare is not None}
+    return [found[name] for name in sorted(found)]
 
 
-def _paper_row(
+def _reference_row(
     label: str,
     tables: Sequence[Mapping[str, float]],
     surfaces: Sequence[str],
@@ -115,11 +118,11 @@ def _paper_row(
     return [label, *cells, _arrow(efficiencies)]
 
 
-def _same_cells(results: Results, name: str) -> dict[str, float]:
-    """Percentage of stable cells in a printed table, of those cells that were planned here too."""
-    chosen = {variant.label for variant in results.variants if variant.compare == name}
+def _same_cells(results: Results, reference: ReferenceTable) -> dict[str, float]:
+    """Percentage of stable cells of a table, of those cells that were planned here too."""
+    chosen = {variant.label for variant in results.variants if variant.compare is reference}
     cells: dict[str, list[bool]] = {}
-    for (label, _, surface), verdict in paper_verdicts(results).items():
+    for (label, _, surface), verdict in reference_verdicts(results).items():
         if label in chosen:
             cells.setdefault(str(surface), []).append(verdict)
     return {surface: stability_percent(verdicts) for surface, verdicts in cells.items()}
@@ -179,10 +182,9 @@ does not stand, and nothing is said of its gait.
 The interval of the efficiency follows from the seeds alone (cells fixed, each cell's share drawn
 from its Jeffreys posterior); the intervals of shares are Wilson's. All hold 95 %."""
 
-PAPER_ROWS = """\
-The paper's rows read without → with optimisation: the percentages its text states, those counted
-from its printed tables (10 cells a pedestal), and those counted over the cells that are here
-too."""
+PRINTED_ROWS = """\
+The printed rows read from the first table to the last: the percentages that the text states, those
+counted from the printed cells, and those counted over the cells that are here too."""
 
 
 def verdicts_note(results: Results) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from gaitlab.picture.figure_style import save
-from gaitlab.report.cells import paper_verdicts
+from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.figures.share_map import Grid, Square, share_map
 from gaitlab.report.markdown import escape, image, section
 from gaitlab.report.results import ONE_ROW, Results
@@ -27,8 +27,8 @@ def cells_map(results: Results, folder: Path) -> str:
     """The tables' cells as a picture, one panel a variant; empty for a single cell."""
     if len(results.row_values) * len(results.column_values) < 2:
         return ""
-    paper = paper_verdicts(results)
-    grids = [_grid_of(results, v, paper) for v in results.variants[:MOST_PANELS]]
+    printed = reference_verdicts(results)
+    grids = [_grid_of(results, v, printed) for v in results.variants[:MOST_PANELS]]
     rows = "" if results.rows == ONE_ROW else axis_text(results, results.rows)
     columns = "" if results.columns == "surface" else axis_text(results, results.columns)
     save(share_map(grids, rows, columns), folder, "stable_share")
@@ -39,11 +39,11 @@ def cells_map(results: Results, folder: Path) -> str:
 
 
 def _grid_of(
-    results: Results, variant: Variant, paper: Mapping[tuple[str, Value, Value], bool]
+    results: Results, variant: Variant, printed: Mapping[tuple[str, Value, Value], bool]
 ) -> Grid:
     squares = [
         [
-            _square(results.cell(variant, row, column), paper.get((variant.label, row, column)))
+            _square(results.cell(variant, row, column), printed.get((variant.label, row, column)))
             for column in results.column_values
         ]
         for row in results.row_values
@@ -80,7 +80,7 @@ def _square(cell: Cell, printed: bool | None) -> Square:
     if printed is None:
         return known
     differs = cell.n > 0 and cell.verdict() != printed
-    note = f"paper {letter(printed)}" + (" ≠" if differs else "")
+    note = f"printed {letter(printed)}" + (" ≠" if differs else "")
     return replace(known, note=note, loud=differs)
 
 

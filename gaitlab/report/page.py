@@ -19,9 +19,9 @@ from gaitlab.report.falls import falls_table, metrics_table, reasons
 from gaitlab.report.forms.tokens import DETAILS
 from gaitlab.report.headline import (
     HOW_TO_READ,
-    PAPER_ROWS,
-    compared_tables,
+    PRINTED_ROWS,
     headline,
+    reference_tables,
     runs_table,
     seeds_text,
     verdicts_note,
@@ -34,7 +34,6 @@ from gaitlab.report.provenance import Part, facts_table, gantry_note, part_table
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
 from gaitlab.report.sentences import findings, not_standing, seeds_asked
-from gaitlab.report.walks import BESIDE_WALKS, walks_table
 from gaitlab.report.words import plural
 
 MEDIANS = "Median [quartiles] over all simulated trials."
@@ -100,19 +99,18 @@ def _first(results: Results, sources: Sources, compared: Compared, folder: Path)
 def _second(results: Results, sources: Sources, compared: Compared, folder: Path) -> list[str]:
     """Everything that the answer rests on."""
     contrasts, why = comparison_blocks(results, *compared), reasons(results)
-    paper = PAPER_ROWS if compared_tables(results) else ""
-    measured, printed = metrics_table(results), walks_table(results)
+    printed = PRINTED_ROWS if reference_tables(results) else ""
+    measured = metrics_table(results)
     return [
         f"{heading(results)}: details",
         "The answer is on [the page itself](README.md).",
-        section("Stable cells", verdicts_note(results), headline(results), HOW_TO_READ, paper),
+        section("Stable cells", verdicts_note(results), headline(results), HOW_TO_READ, printed),
         section("Comparison", *contrasts) if contrasts else "",
         section("Cell by cell", legend(results), cell_tables(results)),
         pair_maps(results, folder),
         section("Falls", falls_table(results)),
         section("Trials without a result", why) if why else "",
         section("Measures", MEDIANS, measured) if measured else "",
-        section("Beside the walks of the paper", BESIDE_WALKS, printed) if printed else "",
         section(
             "Provenance",
             facts_table(sources.facts),

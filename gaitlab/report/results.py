@@ -9,7 +9,6 @@ from functools import cached_property
 import pandas as pd
 
 from gaitlab.log import TrialLog
-from gaitlab.report.reference import DistanceReading
 from gaitlab.report.scores import EMPTY, Cell, cell_of
 from gaitlab.report.variants import Value, Variant
 from gaitlab.trial import Trial
@@ -27,7 +26,7 @@ class Results:
         rows: Column of `trials` that the rows of a table hold, `gait.step_length` for instance.
         columns: Column of `trials` that the columns of a table hold, `surface` for instance.
         variants: In the order of the tables.
-        reading: How a printed distance becomes a step length.
+        reading: Which reading of a reference table's rows holds; empty for its first.
         trials: One row a planned trial, in the order of the plan. Columns as of the store, every
             varied parameter under its dotted path, and `variant`, the label; the state of a trial
             that is not in the store is MISSING.
@@ -43,7 +42,7 @@ class Results:
     rows: str
     columns: str
     variants: tuple[Variant, ...]
-    reading: DistanceReading
+    reading: str
     trials: pd.DataFrame
     log: Callable[[str], TrialLog]
     trial: Callable[[str], Trial]

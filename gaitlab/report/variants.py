@@ -1,4 +1,4 @@
-"""Which variants an experiment has, their names and the printed table each answers to."""
+"""Which variants an experiment has, their names and the reference table each stands beside."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
+
+from gaitlab.experiment.reference import ReferenceTable
 
 PLAIN = "plain"
 TYPED = 9  # digits that somebody may have typed; a computed number has more
@@ -20,12 +22,12 @@ class Variant:
     Attributes:
         label: Its name in tables and figures.
         values: Dotted path to value.
-        compare: Published table to set it beside; None for none.
+        compare: Reference table that it stands beside; None for none.
     """
 
     label: str
     values: Mapping[str, Value] = field(default_factory=dict)
-    compare: str | None = None
+    compare: ReferenceTable | None = None
 
 
 def label_of(values: Mapping[str, Value], shared: Sequence[str] = ()) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.body import Box, Joint, Link, Tree
+from gaitlab.experiment.reference import ReferenceTable, load_reference
 from gaitlab.log import LogHeader, TrialLog
 from gaitlab.log_columns import columns
 from gaitlab.motion import FeetPoses
@@ -125,10 +126,10 @@ def toy_log(name: str) -> TrialLog:
     return walk_log(amplitude=0.3 if heel == "none" else 0.1, fall_at=fall_at, seed=int(seed))
 
 
-def _table(variant: Variant, compare: bool) -> str | None:
+def _table(variant: Variant, compare: bool) -> ReferenceTable | None:
     if not compare:
         return None
-    return "eros_table7" if variant.label == PLAIN else "eros_table8"
+    return load_reference("eros_table7" if variant.label == PLAIN else "eros_table8")
 
 
 def toy_tree() -> Tree:

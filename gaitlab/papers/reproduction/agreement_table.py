@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from gaitlab.experiment.reference import Place
 from gaitlab.papers.reproduction.answers import Answer, Judged, agreement, judged, table_of
 from gaitlab.papers.reproduction.headline import count_text
 from gaitlab.papers.reproduction.together import Shown
 from gaitlab.report.markdown import escape, table
-from gaitlab.report.reference import Place, published
 from gaitlab.report.words import NOTHING
 
 
@@ -24,10 +24,10 @@ def agreement_table(shown: Sequence[Shown]) -> str:
 
 def _cells(one: Shown) -> list[Judged]:
     """Empty for a variant that answers to no table or has none of its cells."""
-    if (name := table_of(one.variant)) is None:
+    if (reference := table_of(one.variant)) is None:
         return []
     answer = Answer(
-        table=published(name), experiment=one.experiment, results=one.results, variant=one.variant
+        table=reference, experiment=one.experiment, results=one.results, variant=one.variant
     )
     return judged(answer, {})
 
@@ -45,4 +45,4 @@ def _row(label: str, cells: Sequence[Judged], shared: set[Place]) -> list[str]:
         [c for c in cells if c.place in shared],
     ]
     texts = [count_text(agreement(group)) if group else NOTHING for group in groups]
-    return [escape(label), published(cells[0].table).title, *texts]
+    return [escape(label), cells[0].table.title, *texts]

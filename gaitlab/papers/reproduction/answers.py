@@ -12,17 +12,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from gaitlab.errors import WrongValue
+from gaitlab.experiment.reference import Place, ReferenceTable, load_reference
+from gaitlab.papers.printed import eros_tables
 from gaitlab.papers.reproduction.section import Value
 from gaitlab.plugins import suggestion
 from gaitlab.report.cells import DIRECTIONS, STEP, compared
-from gaitlab.report.reference import (
-    OPTIMISATION,
-    TABLES,
-    Place,
-    Published,
-    published,
-    table_of_optimisation,
-)
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Variant
@@ -43,7 +37,7 @@ class Answer:
         variant: The one that answers.
     """
 
-    table: Published
+    table: ReferenceTable
     experiment: str
     results: Results
     variant: Variant
@@ -62,7 +56,7 @@ class Answer:
 class Judged(NamedTuple):
     """One simulated cell beside the printed one."""
 
-    table: str
+    table: ReferenceTable
     place: Place
     ours: Cell
     printed: bool
@@ -76,7 +70,7 @@ class Judged(NamedTuple):
 def answers(results: Mapping[str, Results], experiments: Iterable[str]) -> list[Answer]:
     """Every variant that answers to a printed table, Table 7 before Table 8."""
     found = [
-        Answer(table=published(table), experiment=name, results=each, variant=variant)
+        Answer(table=table, experiment=name, results=each, variant=variant)
         for name, each in ((name, results[name]) for name in experiments)
         for variant in each.variants
         if (table := table_of(variant)) is not None
@@ -84,7 +78,7 @@ def answers(results: Mapping[str, Results], experiments: Iterable[str]) -> list[
     return sorted(found, key=lambda answer: answer.table.name)
 
 
-def table_of(variant: Variant) -> str | None:
+def table_of(variant: Variant) -> ReferenceTable | None:
     """Printed table that a variant answers to, None for none.
 
     That of `report.compare`; without it a variant with both halves of the optimisation answers to
@@ -92,8 +86,12 @@ def table_of(variant: Variant) -> str | None:
     """
     if variant.compare is not None:
         return variant.compare
-    varied = all(path in variant.values for path in OPTIMISATION)
-    return table_of_optimisation(variant.values) if varied else None
+    return next((t for t in eros_tables() if _varied(t) <= variant.values.keys()
+                 and t.answers(variant.values)), None)  # fmt: skip
+
+
+def _varied(table: ReferenceTable) -> set[str]:
+    return set(table.content.variant or {})
 
 
 def forward_only(answer: Answer) -> Answer:
@@ -127,10 +125,10 @@ def without_cells(answer: Answer, left_out: set[tuple[object, str]]) -> Answer:
 def judged(answer: Answer, calibrated: Calibrated) -> list[Judged]:
     """Cells that are scored here and printed there, in the order of the rows."""
     blocks = _blocks(calibrated.get(answer.table.name))
-    variant = replace(answer.variant, compare=answer.table.name)
+    variant = replace(answer.variant, compare=answer.table)
     return [
         Judged(
-            answer.table.name, pair.place, pair.ours, pair.printed,
+            answer.table, pair.place, pair.ours, pair.printed,
             any(_within(pair.place, block) for block in blocks),
         )
         for pair in compared(answer.results, variant)
@@ -152,7 +150,7 @@ def _within(place: Place, block: Mapping[str, Value]) -> bool:
     )
 
 
-def _listed(value: str | int, wanted: Value) -> bool:
+def _listed(value: str | float, wanted: Value) -> bool:
     return wanted is None or value in (wanted if isinstance(wanted, tuple) else (wanted,))
 
 
@@ -163,17 +161,18 @@ def require_known(calibrated: Calibrated) -> None:
         WrongValue: At the first of them; names what is known.
     """
     for table, cells in calibrated.items():
-        _require("calibrated", table, sorted(TABLES))
+        _require("calibrated", table, [known.name for known in eros_tables()])
         for block in _blocks(cells):
             _require_block(f"calibrated: {table}", table, block)
 
 
 def _require_block(where: str, table: str, block: Mapping[str, Value]) -> None:
-    distances = sorted({place.distance for place in published(table).cells})
+    reference = load_reference(table)
+    distances = sorted({place.distance for place in reference.cells})
     known: Mapping[str, Sequence[str]] = {
         "direction": DIRECTIONS,
-        "surfaces": sorted(published(table).stated),
-        "distances": [str(distance) for distance in distances],
+        "surfaces": sorted(reference.stated),
+        "distances": [f"{distance:g}" for distance in distances],
     }
     for key, value in block.items():
         _require(where, key, KEYS)
@@ -203,7 +202,7 @@ def best_constant(cells: Sequence[Judged]) -> Count:
     """
     groups: dict[tuple[str, str], Counter[bool]] = {}
     for cell in cells:
-        groups.setdefault((cell.table, cell.place.surface), Counter())[cell.printed] += 1
+        groups.setdefault((cell.table.name, cell.place.surface), Counter())[cell.printed] += 1
     return Count(sum(max(group.values()) for group in groups.values()), len(cells))
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from gaitlab.papers.reproduction.answers import Judged
 from gaitlab.report.markdown import escape
-from gaitlab.report.reference import published
 from gaitlab.report.words import letter, surface_text
 from gaitlab.statistics import STABLE_SHARE
 
@@ -40,7 +39,7 @@ def _gap(cell: Judged) -> float:
 
 def _cell_text(cell: Judged) -> str:
     return (
-        f"{published(cell.table).title} {cell.place.direction} {cell.place.distance} on "
+        f"{cell.table.title} {cell.place.direction} {cell.place.distance:g} on "
         f"{escape(surface_text(cell.place.surface))}, printed {letter(cell.printed)}, "
         f"{cell.ours.count()} of {cell.ours.n} stayed up"
     )

@@ -17,8 +17,8 @@ NOWHERE = -1  # printed distance of a ground on which not even the first row is 
 class Limits(NamedTuple):
     """Longest stable printed distance of each ground; `NOWHERE` where none is."""
 
-    paper: Mapping[str, int]
-    ours: Mapping[str, int]
+    paper: Mapping[str, float]
+    ours: Mapping[str, float]
 
 
 class Ordered(NamedTuple):
@@ -45,8 +45,8 @@ def limits(cells: Sequence[Judged]) -> Limits:
     return Limits(*sides)
 
 
-def _limit(cells: Sequence[Judged], side: str) -> int:
-    found = NOWHERE
+def _limit(cells: Sequence[Judged], side: str) -> float:
+    found: float = NOWHERE
     for cell in sorted(cells, key=lambda cell: cell.place.distance):
         if not (cell.printed if side == "paper" else cell.ours.verdict()):
             break
@@ -66,7 +66,7 @@ def ordered(found: Limits) -> Ordered:
     return Ordered(right, tied, wrong)
 
 
-def ranking(distances: Mapping[str, int]) -> list[list[str]]:
+def ranking(distances: Mapping[str, float]) -> list[list[str]]:
     """Grounds from the longest limit to the shortest, those of one limit together."""
     ranks = sorted(set(distances.values()), reverse=True)
     return [[ground for ground, value in distances.items() if value == rank] for rank in ranks]

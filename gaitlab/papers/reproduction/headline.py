@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gaitlab.papers.printed import eros_tables
 from gaitlab.papers.reproduction.answers import (
     Answer,
     Calibrated,
@@ -17,7 +18,6 @@ from gaitlab.papers.reproduction.efficiency import Simulated, claims, simulated
 from gaitlab.papers.reproduction.ground_order import Limits, limits, ordered, ranking
 from gaitlab.papers.reproduction.together import Shown, together
 from gaitlab.report.matching import Matched, matched
-from gaitlab.report.reference import TABLES
 from gaitlab.report.words import interval, percent, share, surface_text
 from gaitlab.statistics import Count, wilson
 
@@ -73,7 +73,7 @@ def _table_line(answer: Answer, cells: Sequence[Judged]) -> str:
     if pairs.pairs:
         order = f"{pairs.right} of {pairs.pairs} pairs of pedestals in the paper's order"
         parts.append(f"{order}{_order_basis(cells)}")
-    gait = f"{TABLES[answer.table.name]} optimisation"
+    gait = f"{'without' if answer.table is eros_tables()[0] else 'with'} optimisation"
     return f"**{answer.table.title}**, {gait}: {'; '.join(parts)}."
 
 

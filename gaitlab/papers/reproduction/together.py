@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import pandas as pd
 
 from gaitlab.errors import UsageError, WrongValue
+from gaitlab.papers.printed import eros_tables
 from gaitlab.plugins import suggestion
 from gaitlab.report.cells import STEP
-from gaitlab.report.reference import STEP_LENGTH_OF_ONE
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Variant
 
@@ -137,5 +137,7 @@ def _frame(one: Shown, differ: bool) -> pd.DataFrame:
     trials = one.results.of(one.variant).assign(variant=one.label)
     if not differ or one.results.rows != STEP:
         return trials
-    printed = (trials[STEP].astype(float) / STEP_LENGTH_OF_ONE[one.results.reading]).round(6)
+    printed = (
+        trials[STEP].astype(float) / eros_tables()[0].readings[one.results.reading].one
+    ).round(6)
     return trials.assign(**{PRINTED: printed}).drop(columns=STEP)

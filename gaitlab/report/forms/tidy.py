@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from gaitlab.printable import csv_cell
-from gaitlab.report.cells import paper_verdicts
+from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score
 from gaitlab.report.variants import Value, Variant
@@ -48,7 +48,7 @@ def trials_frame(results: Results) -> pd.DataFrame:
 
 def cells_frame(results: Results) -> pd.DataFrame:
     """Every planned cell with its counts; rows and columns under their dotted paths."""
-    paper = paper_verdicts(results)
+    paper = reference_verdicts(results)
     rows = (
         _row(results, variant, row, column, paper.get((variant.label, row, column)))
         for variant in results.variants

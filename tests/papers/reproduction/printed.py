@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.reference import Place, load_reference
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections import options_of
-from gaitlab.report.reference import STEP_LENGTH_OF_ONE, Place, published
 from gaitlab.report.results import Results
 from gaitlab.store import Store
 from tests.report.builder import results_of, trial
@@ -26,9 +26,8 @@ def printed_trials(outcome: Outcome = as_printed, seeds: int = 4) -> list[dict[s
     """Both variants in all cells of both tables, as `outcome` has them."""
     trials = []
     for table, heel in HEELS.items():
-        for place, stable in published(table).cells.items():
-            step = place.distance * STEP_LENGTH_OF_ONE["foot_travel"]
-            row = round(-step if place.direction == "backward" else step, 6)
+        for place, stable in load_reference(table).cells.items():
+            row = round(place.printed * 0.005, 6)
             for seed in range(seeds):
                 up = outcome(table, place, stable, seed)
                 made = trial(row, place.surface, heel, seed, up=up)

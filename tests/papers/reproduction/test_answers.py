@@ -78,7 +78,7 @@ def test_a_table_may_have_several_blocks_that_constants_were_chosen_on() -> None
     carpet = {"direction": "backward", "surfaces": "carpet_4mm", "distances": (8, 16)}
     before, _ = cells_of(calibrated={"eros_table7": ({"direction": "forward"}, carpet)})
     backward = [cell.place for cell in before if cell.calibrated and cell not in forward(before)]
-    assert backward == [("backward", 8, "carpet_4mm"), ("backward", 16, "carpet_4mm")]
+    assert backward == [(-8, "carpet_4mm"), (-16, "carpet_4mm")]
     assert sum(cell.calibrated for cell in before) == 30
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitlab.experiment.reference import load_reference
 from gaitlab.papers.reproduction.answers import answers, forward_only
 from gaitlab.papers.reproduction.efficiency import claims, gain_draws
 from gaitlab.papers.reproduction.headline import efficiencies, paired_runs
@@ -107,7 +108,7 @@ def test_without_common_seeds_the_gain_is_of_independent_draws() -> None:
     second = replace(
         second,
         trials=shifted,
-        variants=tuple(replace(v, compare="eros_table8") for v in second.variants),
+        variants=tuple(replace(v, compare=load_reference("eros_table8")) for v in second.variants),
     )
     before, after = answers({"a": first, "b": second}, ["a", "b"])
     found = efficiencies(before, after)

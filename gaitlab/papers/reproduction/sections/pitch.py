@@ -15,24 +15,21 @@ from math import degrees
 import numpy as np
 import pandas as pd
 
+from gaitlab.papers.printed import eros_tables, pedestals
+from gaitlab.papers.printed import rows as rows_of
+from gaitlab.papers.reproduction.answers import table_of
 from gaitlab.papers.reproduction.section import Context, Section, option
+from gaitlab.report.cells import STEP
 from gaitlab.report.falls import numbers
 from gaitlab.report.markdown import escape, table
-from gaitlab.report.reference import (
-    OPTIMISATION,
-    STEP_LENGTH_OF_ONE,
-    pedestals,
-    rows_of,
-    table_of_optimisation,
-)
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
 from gaitlab.report.variants import Variant
-from gaitlab.report.walks import STEP, SWAY
 from gaitlab.report.words import NOTHING, share
 from gaitlab.statistics import wilson
 
 OPTIONS = (option("labels", dict[str, str], {}, "words for variants, {variant: words}"),)
+SWAY = "gait.lateral_sway"
 NEAR = 1e-6  # m, rounding of a step length or a sway that is the published one
 READ = {
     "foot_travel": "foot travel in cm",
@@ -110,8 +107,8 @@ def _cycles(context: Context, name: str) -> float:
 def _rows(results: Results, cycles: float, words: Mapping[str, object]) -> Iterator[list[str]]:
     """A row for each setting, reading and variant that a member has."""
     for setting in published_settings().values():
-        for reading, metre in STEP_LENGTH_OF_ONE.items():
-            step = setting[False].x * metre
+        for reading, meant in eros_tables()[0].readings.items():
+            step = setting[False].x * meant.one
             for variant in results.variants:
                 trials = _of(results.of(variant), setting[False], step)
                 if len(trials[trials["state"] == "DONE"]):
@@ -124,9 +121,8 @@ def _rows(results: Results, cycles: float, words: Mapping[str, object]) -> Itera
 
 def _optimised(variant: Variant) -> bool | None:
     """With both halves of the optimisation, with neither, or None for one alone."""
-    halves = [path for path in OPTIMISATION if path in variant.values]
-    table_name = table_of_optimisation(variant.values) if halves else variant.compare
-    return {"eros_table8": True, "eros_table7": False}.get(table_name or "")
+    found = table_of(variant)
+    return None if found is None else found is eros_tables()[1]
 
 
 def _of(trials: pd.DataFrame, setting: Published, step: float) -> pd.DataFrame:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import cast
 
+from gaitlab.experiment.reference import Place
 from gaitlab.papers.reproduction.answers import (
     Answer,
     Calibrated,
@@ -33,9 +34,8 @@ from gaitlab.papers.reproduction.headline import (
     order_sentence,
 )
 from gaitlab.papers.reproduction.section import Context, Section, option
-from gaitlab.report.cells import DIRECTIONS, READINGS
+from gaitlab.report.cells import DIRECTIONS
 from gaitlab.report.markdown import escape, table
-from gaitlab.report.reference import STEP_LENGTH_OF_ONE
 from gaitlab.report.words import (
     NOTHING,
     interval,
@@ -99,7 +99,7 @@ def tables_section(section: Section, context: Context) -> str:
     cells = {id(answer): judged(answer, calibrated) for answer in found}
     every = [(answer, cells[id(answer)]) for answer in found]
     blocks = [
-        f"{LEGEND} The printed distance is read as {READINGS[found[0].results.reading]}.",
+        f"{LEGEND} The printed distance is read as {_reading(found[0])}.",
         *(_matrix(answer, judgements, found) for answer, judgements in every),
         _agreement(every),
         gaps_sentence([cell for _, cells in every for cell in cells]),
@@ -122,27 +122,27 @@ def _name(answer: Answer, found: Sequence[Answer]) -> str:
 
 def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) -> str:
     grounds = _grounds(cells)
-    rows = list(dict.fromkeys((cell.place.direction, cell.place.distance) for cell in cells))
-    rows.sort(key=lambda row: DIRECTIONS.index(row[0]))
+    rows = list(dict.fromkeys(cell.place.printed for cell in cells))
+    rows.sort(key=lambda row: row < 0.0)
     at = {cell.place: cell for cell in cells}
     body = [
         [
-            f"{direction} {distance}",
-            f"{_metres(answer, direction, distance):+.3g} m",
-            *(
-                next((_cell(at[p]) for p in at if p == (direction, distance, g)), NOTHING)
-                for g in grounds
-            ),
+            f"{Place(row, '').direction} {abs(row):g}",
+            f"{_metres(answer, row):+.3g} m",
+            *(_cell(at[Place(row, g)]) if Place(row, g) in at else NOTHING for g in grounds),
         ]
-        for direction, distance in rows
+        for row in rows
     ]
     head = ["printed", "step length", *(f"{_pedestal(answer, g)}" for g in grounds)]
     return f"### {_name(answer, found)}\n\n{table(head, body, 'lr')}"
 
 
-def _metres(answer: Answer, direction: str, distance: int) -> float:
-    step = distance * STEP_LENGTH_OF_ONE[answer.results.reading]
-    return -step if direction == "backward" else step
+def _reading(answer: Answer) -> str:
+    return answer.table.readings[answer.results.reading].text
+
+
+def _metres(answer: Answer, printed: float) -> float:
+    return printed * answer.table.readings[answer.results.reading].one
 
 
 def _pedestal(answer: Answer, ground: str) -> str:
@@ -236,8 +236,8 @@ def _limits(every: Every) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
-def _distance(value: int | None) -> str:
-    return NOTHING if value is None else "none" if value == NOWHERE else f"{value}"
+def _distance(value: float | None) -> str:
+    return NOTHING if value is None else "none" if value == NOWHERE else f"{value:g}"
 
 
 def _efficiency(first: Sequence[Answer]) -> str:
