@@ -48,12 +48,12 @@ class Parameter:
 
     name: str
     type: Any
-    default: Any
-    unit: str
-    low: float | None
-    high: float | None
+    default: Any = None
+    unit: str = "-"
+    low: float | None = None
+    high: float | None = None
     doc: str
-    source: str
+    source: str = ""
     late: bool = False
     former: Former | None = None
 

@@ -211,7 +211,7 @@ MISTAKES = [
     ("low: 0.5, high: 2.0, log", "low: 0.0, high: 2.0, log", "10:35", "from 0.1 to 10"),
     (MASS, "gait.step_length: {low: -0.1, high: 0.2, log: true}", "9:29", "it is above 0"),
     ("points: 16", "points: 1", "6:11", "allowed is a whole number from 2"),
-    ("  points: 16\n", "", "5:3", "'points' is missing"),
+    ("  points: 16\n", "", "5:3", "`points:` is missing"),
     ("type: sobol", "type: sobl", "5:9", "did you mean 'sobol'?"),
     ("seed: 1\n", "sed: 1\n", "7:3", "unknown key 'sed'; did you mean 'seed'?"),
     ("gait.sign: [1, -1]", "robot.mass: [3, 4]", "9:5", "under zip and design; keep one"),

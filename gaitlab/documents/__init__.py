@@ -1,14 +1,20 @@
 """Files that a user writes: read with the place of every value, checked field by field."""
 
-from gaitlab.documents.fields import build, check, checked
+from gaitlab.documents.fields import Reader, allowed, build, check, checked, read_each, read_mapping
 from gaitlab.documents.loading import dump, load, parse
-from gaitlab.documents.messages import allowed
-from gaitlab.documents.mistakes import collected, in_order
-from gaitlab.documents.nodes import Node, merged, plain
-from gaitlab.documents.typed import instead, typed_number
+from gaitlab.documents.nodes import (
+    Node,
+    collected,
+    in_order,
+    instead,
+    merged,
+    plain,
+    typed_number,
+)
 
 __all__ = [
     "Node",
+    "Reader",
     "allowed",
     "build",
     "check",
@@ -21,5 +27,7 @@ __all__ = [
     "merged",
     "parse",
     "plain",
+    "read_each",
+    "read_mapping",
     "typed_number",
 ]

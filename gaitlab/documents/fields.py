@@ -8,9 +8,20 @@ A number is written bare, in the declared SI unit, or with its origin:
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Hashable, Mapping
-from functools import cache
-from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
+from functools import cache, partial
+from math import isfinite, pi
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    TypeAlias,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from pydantic import (
     BaseModel,
@@ -24,22 +35,24 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from gaitlab.documents.messages import (
-    allowed,
-    expected_mapping,
-    former_unit,
-    unknown_key,
-    wrong_value,
-)
-from gaitlab.documents.mistakes import in_order
-from gaitlab.documents.nodes import Node, plain
+from gaitlab.documents.nodes import Node, collected, in_order, instead, plain, typed_number
 from gaitlab.errors import FileError, GaitlabError, Problem
 from gaitlab.parameters import Parameter, parameter_table
-from gaitlab.plugins import suggestion
+from gaitlab.plugins import nearest, suggestion
 
+S = TypeVar("S")
 T = TypeVar("T")
+Reader: TypeAlias = Parameter | Callable[[Node], Any]  # what checks or reads a value
 CONFIG = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
 DESCRIBED = ("value", "unit", "source")  # keys of a number with its origin
+FAR_OUTSIDE = 4.0  # times the largest value allowed; nearer ones are rather bold than in mm
+SLIPS = {  # factor from what was probably meant to SI, by unit
+    "m": ((1e-3, "millimetres"), (1e-2, "centimetres")),
+    "rad": ((pi / 180.0, "degrees"),),
+    "rad/s": ((pi / 180.0, "degrees a second"), (pi / 30.0, "turns a minute")),
+    "s": ((1e-3, "milliseconds"),),
+    "kg": ((1e-3, "grams"),),
+}
 
 
 def build(cls: type[T], node: Node, *, skip: Collection[str] = ("type",)) -> T:
@@ -80,6 +93,71 @@ def checked(node: Node, make: Callable[[], T]) -> T:
         raise
     except (GaitlabError, ValueError) as error:
         raise FileError([node.problem(str(error))]) from error
+
+
+def read_mapping(
+    what: str,
+    node: Node,
+    known: Mapping[str, Reader],
+    *,
+    required: Collection[str] = (),
+    expected: str,
+    problems: list[Problem] | None = None,
+) -> dict[str, Any]:
+    """Entries of a mapping by key, each checked as a parameter or read by a function.
+
+    Args:
+        what: What the mapping is, for messages; empty for one whose keys speak for themselves.
+        node: The mapping; keys that it leaves out are left out of the result.
+        known: What each key takes.
+        required: Keys that may not be left out.
+        expected: What the file should hold, as the end of a message.
+        problems: Where mistakes go, if they are not to be raised; wrong entries are left out.
+
+    Raises:
+        FileError: Everything that is wrong in the mapping.
+    """
+    start = f"{what}: " if what else ""
+    if not node.mapping:
+        raise FileError([node.problem(f"{start}found {node.found()}; {expected}")])
+    wrong = [
+        node.keys[key].problem(f"{start}unknown key {key!r}{suggestion(key, known)}")
+        for key in node.mapping
+        if key not in known
+    ]
+    wrong += [
+        node.problem(f"{start}`{key}:` is missing; {expected}")
+        for key in required
+        if key not in node.mapping
+    ]
+    entries = {}
+    for key, reader in known.items():
+        if key not in node.mapping:
+            continue
+        if isinstance(reader, Parameter):
+            reader = partial(check, dataclasses.replace(reader, name=f"{start}{key}"))
+        try:
+            entries[key] = reader(node.mapping[key])
+        except FileError as error:
+            wrong += error.problems
+    if wrong and problems is None:
+        raise FileError(in_order(wrong))
+    if problems is not None:
+        problems += wrong
+    return entries
+
+
+def read_each(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
+    """What is read of each item, a node for instance or the key of one.
+
+    Raises:
+        FileError: Everything that is wrong in any of them.
+    """
+    problems: list[Problem] = []
+    results = [collected(problems, partial(read, item)) for item in items]
+    if problems:
+        raise FileError(problems)
+    return cast(list[T], results)
 
 
 def check(item: Parameter, node: Node) -> Any:
@@ -260,3 +338,104 @@ def _at(root: Node, detail: ErrorDetails) -> Node:
         elif isinstance(part, int) and part < len(node.items):
             node = node.items[part]
     return node
+
+
+def allowed(item: Parameter) -> str:
+    """What a parameter takes, in words."""
+    if get_origin(item.type) is Literal:
+        return f"one of {', '.join(str(choice) for choice in get_args(item.type))}"
+    if item.type is bool:
+        return "true or false"
+    if item.type not in (int, float):
+        section = item.type is Node or Node in get_args(item.type)
+        known = {tuple: "a list", dict: "a mapping"}
+        return "a section of the file" if section else known.get(get_origin(item.type), "text")
+    kind = "a whole number" if item.type is int else "a number"
+    unit = "" if item.unit == "-" else f" {item.unit}"
+    low, high = (None if bound is None else f"{bound:g}" for bound in (item.low, item.high))
+    if low is not None and high is not None:
+        return f"{kind} from {low} to {high}{unit}"
+    return f"{kind}{f' of at least {low}' if low else f' of at most {high}' if high else ''}{unit}"
+
+
+def unknown_key(cls: type, root: Node, parent: str, name: str) -> Problem:
+    """A key that nothing is called by, at its place."""
+    owner = root
+    for part in filter(None, parent.split(".")):
+        owner = owner.mapping[part]
+    prefix = f"{parent}." if parent else ""
+    known = {
+        path.removeprefix(prefix).split(".")[0]: None
+        for path in parameter_table(cls)
+        if path.startswith(prefix)
+    }
+    where = f" in {parent!r}" if parent else ""
+    return owner.keys[name].problem(f"unknown key {name!r}{where}{suggestion(name, known)}")
+
+
+def expected_mapping(cls: type, node: Node, path: str = "") -> str:
+    """What stands where a mapping should, and its keys."""
+    what = f"{path}: " if path else ""
+    names = list(
+        dict.fromkeys(
+            key.removeprefix(f"{path}.").split(".")[0]
+            for key in parameter_table(cls)
+            if not path or key.startswith(f"{path}.")
+        )
+    )
+    return f"{what}found {node.found()}; expected a mapping with any of: {', '.join(names)}"
+
+
+def wrong_value(item: Parameter, node: Node) -> str:
+    """What was found, what is allowed, what it means and what was probably meant."""
+    unit = "" if item.unit == "-" or not isinstance(node.value, int | float) else f" {item.unit}"
+    found = f"{item.name}: found {node.found()}{'' if isinstance(node.value, bool) else unit}"
+    choice = ""
+    if get_origin(item.type) is Literal and isinstance(node.value, str):
+        choice = nearest(node.value, map(str, get_args(item.type)))
+    hint = (
+        choice
+        or former_unit(item, node.value)
+        or _slip(item, node.value)
+        or _typing(item, node.value)
+    )
+    return f"{found}; allowed is {allowed(item)} ({item.doc}){hint}"
+
+
+def _typing(item: Parameter, value: object) -> str:
+    """What was probably meant when a text stands where a number should."""
+    if item.type not in (int, float) or not isinstance(value, str):
+        return ""
+    number, rest = typed_number(value)
+    if number and rest:
+        return f"; write the number alone, without {rest[:20]!r}, in the unit above"
+    return f"; write {number} without quotes" if number and not instead(value) else ""
+
+
+def former_unit(item: Parameter, value: object) -> str:
+    """What a number is today that was right in the unit which the parameter once had."""
+    known = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    if item.former is None or not known or item.low is None or item.high is None:
+        return ""
+    today = cast(float, value) * item.former.factor
+    if not item.low <= today <= item.high:
+        return ""
+    return (
+        f"; it is in {item.former.today} and no longer in {item.former.name}: "
+        f"{value:g} {item.former.name} are written {today:.6g}"
+    )
+
+
+def _slip(item: Parameter, value: object) -> str:
+    """What was probably meant when a number fits in another unit."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        return ""
+    if item.low is None or item.high is None:
+        return ""
+    low, high = item.low, item.high
+    for factor, unit in SLIPS.get(item.unit, ()):
+        within = low <= value * factor <= high
+        if within and abs(value) > FAR_OUTSIDE * max(abs(low), abs(high)):
+            meant = f"{value:g} {unit} are written {value * factor:.4g}"
+            return f"; units are SI: {meant}"
+    return ""

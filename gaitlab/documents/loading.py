@@ -23,8 +23,7 @@ from ruamel.yaml.nodes import Node as YamlNode
 from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.representer import SafeRepresenter
 
-from gaitlab.documents.nodes import LONGEST_NUMBER, Node, Scalar
-from gaitlab.documents.typed import MINUSES, instead
+from gaitlab.documents.nodes import LONGEST_NUMBER, MINUSES, Node, Scalar, instead
 from gaitlab.errors import FileError, Problem
 from gaitlab.printable import is_utf8
 

@@ -1,15 +1,21 @@
-"""Values of a user's file, each knowing where it stands."""
+"""Values of a user's file, each knowing where it stands, and the mistakes found at them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import unicodedata
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
-from gaitlab.documents.typed import instead
-from gaitlab.errors import Problem
+from gaitlab.errors import FileError, Problem
 
+T = TypeVar("T")
 LONGEST_NUMBER = 60  # characters of one number
+MINUSES = "-−‐‑‒–—﹣－"  # of keyboards and of typography
+LOOKALIKES = str.maketrans("，．٫＋ｅＥ\N{NO-BREAK SPACE}", ",..+eE ")
+NUMBER = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)(?![\d.,])\s*(\S*)")
 
 Scalar = str | int | float | bool | None
 
@@ -54,9 +60,9 @@ class Node:
     def found(self) -> str:
         """What stands here, for a message."""
         if isinstance(self.value, Mapping):
-            return "a mapping (key: value)"
+            return "a mapping (key: value)" if self.value else "nothing"
         if isinstance(self.value, tuple):
-            return "a list"
+            return "a list" if self.value else "an empty list"
         if self.value is None:
             return "nothing"
         if isinstance(self.value, bool):
@@ -105,3 +111,52 @@ def merged(base: Node, child: Node) -> Node:
     keys = {**base.keys, **child.keys}
     value = {**base.mapping, **entries}
     return Node(file=child.file, line=child.line, column=child.column, value=value, keys=keys)
+
+
+def collected(problems: list[Problem], read: Callable[[], T]) -> T | None:
+    """Result of `read()`; None if it raises a `FileError`, whose problems join the others."""
+    try:
+        return read()
+    except FileError as error:
+        problems += error.problems
+        return None
+
+
+def in_order(problems: Sequence[Problem]) -> list[Problem]:
+    """Each problem once, by place in the file; what stands on the command line first."""
+    unique = dict.fromkeys(problems)
+    return sorted(unique, key=lambda p: (str(p.file), p.line or 0, p.column or 0))
+
+
+def typed_number(text: str) -> tuple[str, str]:
+    """The number that a text begins with as YAML writes it, whatever keyboard it came from.
+
+    Returns:
+        The number and what follows it; both empty if the text begins with none.
+    """
+    found = NUMBER.match(_plain(text).strip())
+    return (found[1].replace(",", "."), found[2]) if found else ("", "")
+
+
+def instead(text: str) -> str:
+    """`write 0.03, with a point`: how a number that YAML takes for a text is written.
+
+    Empty if the text is no number alone, or is one in YAML as well.
+    """
+    number, rest = typed_number(text)
+    reasons = [
+        *(["with a point"] if "," in _plain(text) else []),
+        *(["with the minus sign of the keyboard"] if set(text) & set(MINUSES[1:]) else []),
+        *(["in the digits 0 to 9"] if any(c.isdigit() and not c.isascii() for c in text) else []),
+    ]
+    return f"write {number}, {' and '.join(reasons)}" if number and reasons and not rest else ""
+
+
+def _plain(text: str) -> str:
+    return "".join(map(_letter, text)).translate(LOOKALIKES)
+
+
+def _letter(letter: str) -> str:
+    if unicodedata.category(letter) == "Nd":
+        return str(unicodedata.digit(letter))
+    return "-" if letter in MINUSES else letter

@@ -17,32 +17,28 @@ is lowest, to its second.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import Literal
 
-from gaitlab.documents import Node, build, check, collected
-from gaitlab.errors import FileError, Problem, WrongValue
+from gaitlab.documents import Node, Reader, check, read_each, read_mapping
+from gaitlab.errors import FileError, WrongValue
 from gaitlab.experiment.design import MOST_POINTS, Design, Follower, Quantity
 from gaitlab.experiment.parts import Parts, owned
-from gaitlab.experiment.ranges import read_ends, unknown_keys
-from gaitlab.experiment.study import Numbers
-from gaitlab.parameters import Parameter, parameter
+from gaitlab.experiment.search_reading import read_range
+from gaitlab.parameters import Parameter
 
-LARGEST_SEED = 2**32 - 1
-KEYS = ("low", "high", "log", "with")
-EXPECTED = "expected {low: ..., high: ...}"
-
-
-@dataclass(frozen=True, kw_only=True)
-class DesignSections:
-    """Keys of the section."""
-
-    type: Literal["sobol", "lhs"] = parameter(
-        "sobol", unit="-", doc="scrambled Sobol' sequence, or Latin hypercube"
+KEYS = {  # of the section, beside the box
+    item.name: item
+    for item in (
+        Parameter(
+            name="type", type=Literal["sobol", "lhs"], default="sobol", doc="how they are spread"
+        ),
+        Parameter(name="points", type=int, low=2, high=MOST_POINTS, doc="points in the box"),
+        Parameter(name="seed", type=int, default=0, low=0, high=2**32 - 1, doc="of the points"),
     )
-    points: int = parameter(unit="-", low=2, high=MOST_POINTS, doc="points in the box")
-    seed: int = parameter(0, unit="-", low=0, high=LARGEST_SEED, doc="of the points")
-    box: Node | None = parameter(None, unit="-", doc="dotted paths, each with its range")
+}
+EXPECTED = "expected {low: ..., high: ...}"
 
 
 def box_paths(section: Node | None) -> Iterator[tuple[str, Node]]:
@@ -72,90 +68,64 @@ def read_design(section: Node | None, parts: Parts) -> Design | None:
     """
     if section is None:
         return None
-    problems: list[Problem] = []
-    keys = collected(problems, lambda: build(DesignSections, section, skip=()))
-    box = _box(section, parts, problems) if section.mapping else ()
-    if problems or keys is None:
-        raise FileError(problems)
-    design = Design(type=keys.type, points=keys.points, seed=keys.seed, box=tuple(box))
+    if section.value is not None and not section.mapping:
+        raise FileError([section.problem(f"design: found {section.found()}; expected a mapping")])
+    nothing = Node(file=section.file, line=section.line, column=section.column, value=None)
+    whole = section if "box" in section.mapping else section.replaced(box=nothing)
+    keys: dict[str, Reader] = {**KEYS, "box": partial(_read_box, parts=parts)}
+    expected = "write `points: 64` for instance"
+    given = read_mapping("", whole, keys, required=("points",), expected=expected)
+    usual = {name: item.default for name, item in KEYS.items()}
+    design = Design(**{**usual, **given})
     _require_different(section, design)
     _require_moved(section, design, parts)
     return design
 
 
-def _box(section: Node, parts: Parts, problems: list[Problem]) -> list[Quantity]:
-    node = section.mapping.get("box")
-    if node is None or not node.mapping:
-        place = node or section
-        found = "nothing" if node is None or node.value in ({}, (), None) else node.found()
+def _read_box(node: Node, parts: Parts) -> tuple[Quantity, ...]:
+    if not node.mapping:
         message = (
-            f"design: box: found {found}; expected lines of the form "
+            f"design: box: found {node.found()}; expected lines of the form "
             "`robot.mass: {low: 3.0, high: 4.0}`"
         )
-        problems.append(place.problem(message))
-        return []
-    found_items = (_quantity(path, node, parts, problems) for path in node.mapping)
-    return [item for item in found_items if item is not None]
+        raise FileError([node.problem(message)])
+    return tuple(read_each(node.mapping, lambda path: _read_quantity(path, node, parts)))
 
 
-def _quantity(path: str, box: Node, parts: Parts, problems: list[Problem]) -> Quantity | None:
-    """One edge of the box; its mistakes go to `problems`."""
-    node = box.mapping[path]
-    item = _known(path, box.keys[path], parts, problems)
-    if item is None:
-        return None
-    if not node.mapping:
-        problems.append(node.problem(f"{path}: found {node.found()}; {EXPECTED}"))
-        return None
-    problems += unknown_keys(item, node, KEYS)
-    followers = _followers(path, node.mapping.get("with"), parts, problems)
-    ends = collected(problems, lambda: read_ends(item, node.without("step"), EXPECTED))
-    if ends is None:
-        return None
-    low, high, _, log = ends
-    numbers = Numbers(path=path, low=low, high=high, log=log, integer=item.type is int)
-    return Quantity(range=numbers, followers=tuple(followers))
+def _read_quantity(path: str, box: Node, parts: Parts) -> Quantity:
+    """One edge of the box."""
+    item = _known(path, box.keys[path], parts)
+    followers: dict[str, Reader] = {"with": partial(_read_followers, path, parts=parts)}
+    numbers, given = read_range(item, box.mapping[path], followers, EXPECTED)
+    return Quantity(range=numbers, followers=given.get("with", ()))
 
 
-def _known(path: str, key: Node, parts: Parts, problems: list[Problem]) -> Parameter | None:
+def _known(path: str, key: Node, parts: Parts) -> Parameter:
     """What is known of a path that has a range."""
     try:
         item = replace(parts.parameter(path), name=path)
     except WrongValue as error:
-        problems.append(key.problem(f"design: {error}"))
-        return None
+        raise FileError([key.problem(f"design: {error}")]) from None
     if item.type not in (int, float):
-        problems.append(key.problem(f"design: {path} is no number; vary it under grid or zip"))
-        return None
+        message = f"design: {path} is no number; vary it under grid or zip"
+        raise FileError([key.problem(message)])
     return item
 
 
-def _followers(
-    path: str, node: Node | None, parts: Parts, problems: list[Problem]
-) -> list[Follower]:
-    if node is None:
-        return []
+def _read_followers(path: str, node: Node, parts: Parts) -> tuple[Follower, ...]:
     if not node.mapping:
         message = f"{path}: with: found {node.found()}; expected {{robot.sole.heel: [0.04, 0.06]}}"
-        problems.append(node.problem(message))
-    found = (_follower(name, node, parts, problems) for name in node.mapping)
-    return [follower for follower in found if follower is not None]
+        raise FileError([node.problem(message)])
+    return tuple(read_each(node.mapping, lambda name: _read_follower(name, node, parts)))
 
 
-def _follower(path: str, moved: Node, parts: Parts, problems: list[Problem]) -> Follower | None:
-    node = moved.mapping[path]
-    item = _known(path, moved.keys[path], parts, problems)
-    if item is None:
-        return None
+def _read_follower(path: str, moved: Node, parts: Parts) -> Follower:
+    item, node = _known(path, moved.keys[path], parts), moved.mapping[path]
     if len(node.items) != 2:
         found = f"{len(node.items)} values" if node.items else node.found()
         message = f"{path}: found {found}; expected two, [at the low end, at the high end]"
-        problems.append(node.problem(message))
-        return None
-    ends = collected(problems, lambda: [check(item, value) for value in node.items])
-    if ends is None:
-        return None
-    low, high = ends
+        raise FileError([node.problem(message)])
+    low, high = read_each(node.items, partial(check, item))
     return Follower(path=path, low=low, high=high, integer=item.type is int)
 
 

@@ -9,49 +9,45 @@ gait.x_law: {choices: [printed, quarter], when: {gait.heel_strike: add}}
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import get_args, get_origin
+from functools import partial
+from math import floor
+from typing import Any, get_args, get_origin
 
-from gaitlab.documents import Node
+from gaitlab.documents import Node, Reader, collected, read_mapping
 from gaitlab.errors import FileError, Problem, WrongValue
 from gaitlab.experiment.axes import nearly_listed
 from gaitlab.experiment.parts import Parts, Value
-from gaitlab.experiment.ranges import read_ends, unknown_keys
 from gaitlab.experiment.study import Choices, Condition, Numbers
 from gaitlab.parameters import Parameter
 from gaitlab.plugins import suggestion
 
-RANGE = ("low", "high", "step", "log", "when")  # keys of a number
-LISTED = ("choices", "when")  # keys of a choice that has a condition
+ROUNDING = 1e-6  # steps; forgives 0.05 / 0.01 being below 5
+LOG = Parameter(name="log", type=bool, doc="whether ratios count and not differences")
 
 
-def read_search(
-    node: Node | None, section: Node, parts: Parts | None
-) -> tuple[Numbers | Choices, ...]:
+def read_search(node: Node, parts: Parts | None) -> tuple[Numbers | Choices, ...]:
     """The space; what is searched only under a condition comes last.
 
     Args:
-        node: The section; None if there is none.
-        section: What it belongs to.
+        node: The section.
         parts: What the paths change; None if that is wrong, and then the space is left empty.
 
     Raises:
         FileError: All mistakes.
     """
-    if node is None or not node.mapping:
-        place = node or section
-        found = "nothing" if node is None or node.value in ({}, ()) else node.found()
+    if not node.mapping:
         message = (
-            f"search: found {found}; expected lines of the form "
+            f"search: found {node.found()}; expected lines of the form "
             "`gait.step_height: {low: 0.01, high: 0.06}` or `gait.heel_strike: [none, add]`"
         )
-        raise FileError([place.problem(message)])
+        raise FileError([node.problem(message)])
     if parts is None:
         return ()
     problems: list[Problem] = []
-    found_items = {path: _item(path, node, parts, problems) for path in node.mapping}
-    space = {path: item for path, item in found_items.items() if item is not None}
+    items = {p: collected(problems, partial(_read_item, p, node, parts)) for p in node.mapping}
+    space = {path: item for path, item in items.items() if item is not None}
     problems += [p for item in space.values() for p in _wrong_condition(item, space, node)]
     if problems:
         raise FileError(problems)
@@ -60,43 +56,103 @@ def read_search(
 
 def first_values(node: Node | None) -> dict[str, Node]:
     """A value of every searched path, for parameters that only the search gives."""
-    found = {}
+    values = {}
     for path, item in (node.mapping if node else {}).items():
         listed = item.mapping.get("choices", item).items
         value = item.mapping.get("low", listed[0] if listed else None)
         if value is not None:
-            found[path] = value
-    return found
+            values[path] = value
+    return values
 
 
-def _item(
-    path: str, search: Node, parts: Parts, problems: list[Problem]
-) -> Numbers | Choices | None:
-    """One searched parameter; its mistakes go to `problems`."""
+def read_range(
+    item: Parameter, node: Node, further: Mapping[str, Reader], expected: str
+) -> tuple[Numbers, dict[str, Any]]:
+    """A range of numbers, `{low: 0.01, high: 0.06, log: true}`, and further keys beside it.
+
+    Args:
+        item: What is ranged over; its limits bind the ends.
+        node: The mapping.
+        further: Other keys that it may have, each with what reads it; `step` if it may have one.
+        expected: What the file should hold, for the message when an end is missing.
+
+    Raises:
+        FileError: All mistakes.
+    """
+    keys: dict[str, Reader] = {"low": item, "high": item, "log": LOG, **further}
+    given = read_mapping(item.name, node, keys, required=("low", "high"), expected=expected)
+    numbers = Numbers(
+        path=item.name,
+        low=given.pop("low"),
+        high=given.pop("high"),
+        step=given.pop("step", None),
+        log=given.pop("log", False),
+        integer=item.type is int,
+    )
+    problems = list(_wrong_range(item.name, node, numbers))
+    if problems:
+        raise FileError(problems)
+    return numbers, given
+
+
+def _wrong_range(name: str, node: Node, numbers: Numbers) -> Iterator[Problem]:
+    low, high, step, log = numbers.low, numbers.high, numbers.step, numbers.log
+    if low >= high:
+        what = "is empty" if low == high else "is upside down"
+        message = f"{name}: the range from {low:g} to {high:g} {what}; low is below high"
+        yield node.mapping["high"].problem(message)
+        return
+    if log and low <= 0.0:
+        message = f"{name}: low is {low:g}, and with `log: true` it is above 0"
+        yield node.mapping["low"].problem(message)
+    if step is None:
+        return
+    at_step = node.mapping["step"]
+    if log:
+        yield at_step.problem(f"{name}: `step` and `log: true` exclude each other; drop one")
+    elif step <= 0.0:
+        yield at_step.problem(f"{name}: found a step of {step:g}; it is above 0")
+    elif step > (high - low) * (1.0 + ROUNDING):
+        message = f"{name}: a step of {step:g} is wider than the range from {low:g} to {high:g}"
+        yield at_step.problem(f"{message}; write a smaller one")
+    elif abs((high - low) / step - round((high - low) / step)) > ROUNDING:
+        last = low + step * floor((high - low) / step)
+        message = f"{name}: steps of {step:g} from {low:g} do not meet {high:g}"
+        yield at_step.problem(f"{message}; write `high: {last:g}` or `high: {last + step:g}`")
+
+
+def _read_item(path: str, search: Node, parts: Parts) -> Numbers | Choices:
+    """One searched parameter."""
     node = search.mapping[path]
     try:
         item = replace(parts.parameter(path, everywhere=True), name=path)
     except WrongValue as error:
-        problems.append(search.keys[path].problem(f"search: {error}"))
-        return None
-    try:
-        if node.items or "choices" in node.mapping or node.value == ():
-            return _choices(item, node, parts)
-        return _numbers(item, node)
-    except FileError as error:
-        problems += error.problems
-        return None
+        raise FileError([search.keys[path].problem(f"search: {error}")]) from None
+    condition = partial(_read_condition, path)
+    if node.items or node.value == ():
+        return _read_choices(item, node, parts)
+    if "choices" in node.mapping:
+        keys: dict[str, Reader] = {
+            "choices": partial(_read_choices, item, parts=parts),
+            "when": condition,
+        }
+        given = read_mapping(path, node, keys, expected=_expected(item))
+        return replace(given["choices"], when=given.get("when"))
+    if node.mapping and item.type not in (int, float):
+        raise FileError([node.problem(f"{path}: has no range; {_expected(item)}")])
+    least = 1 if item.type is int else None
+    step = replace(item, low=least, high=None, doc="distance of the allowed values")
+    further: dict[str, Reader] = {"step": step, "when": condition}
+    numbers, given = read_range(item, node, further, _expected(item))
+    return replace(numbers, when=given.get("when"))
 
 
-def _choices(item: Parameter, node: Node, parts: Parts) -> Choices:
-    listed = node.mapping.get("choices", node)
-    problems = unknown_keys(item, node, LISTED)
+def _read_choices(item: Parameter, node: Node, parts: Parts) -> Choices:
+    problems: list[Problem] = []
     options: list[Value] = []
-    for option in listed.items:
-        try:
-            value = parts.check(item.name, option)
-        except FileError as error:
-            problems += error.problems
+    for option in node.items:
+        value = collected(problems, partial(parts.check, item.name, option))
+        if value is None:
             continue
         if not isinstance(value, bool | int | float | str):
             problems.append(option.problem(f"{item.name}: a list cannot be one of the choices"))
@@ -104,45 +160,21 @@ def _choices(item: Parameter, node: Node, parts: Parts) -> Choices:
             problems.append(option.problem(f"{item.name}: {value} is listed twice; keep one"))
         problems += nearly_listed(option, item.name, value, options)
         options.append(value)
-    if len(listed.items) < 2:
-        found = f"only {listed.items[0].value!r}" if listed.items else "no value"
+    if len(node.items) < 2:
+        found = f"only {node.items[0].value!r}" if node.items else "no value"
         message = (
             f"{item.name}: found {found}; a choice has at least two values. To hold it at one, "
             f"write it under {item.name.partition('.')[0]}: instead"
         )
-        problems.append(listed.problem(message))
+        problems.append(node.problem(message))
     if problems:
         raise FileError(problems)
-    return Choices(path=item.name, options=tuple(options), when=_condition(item, node))
+    return Choices(path=item.name, options=tuple(options))
 
 
 def _key(value: object) -> tuple[bool, object]:
     """What tells values apart: true is not 1, but 1 is 1.0."""
     return isinstance(value, bool), value
-
-
-def _numbers(item: Parameter, node: Node) -> Numbers:
-    if not node.mapping:
-        raise FileError([node.problem(f"{item.name}: found {node.found()}; {_expected(item)}")])
-    if item.type not in (int, float):
-        message = f"{item.name}: has no range; {_expected(item)}"
-        raise FileError([node.problem(message)])
-    problems = unknown_keys(item, node, RANGE)
-    try:
-        low, high, step, log = read_ends(item, node, _expected(item))
-    except FileError as error:
-        raise FileError([*problems, *error.problems]) from None
-    if problems:
-        raise FileError(problems)
-    return Numbers(
-        path=item.name,
-        low=low,
-        high=high,
-        step=step,
-        log=log,
-        integer=item.type is int,
-        when=_condition(item, node),
-    )
 
 
 def _expected(item: Parameter) -> str:
@@ -157,23 +189,20 @@ def _expected(item: Parameter) -> str:
     return "expected a list of two or more values"
 
 
-def _condition(item: Parameter, node: Node) -> Condition | None:
+def _read_condition(name: str, node: Node) -> Condition:
     """`when: {gait.heel_strike: [add]}`; the values alone are not checked here."""
-    when = node.mapping.get("when")
-    if when is None:
-        return None
-    if len(when.mapping) != 1:
-        found = when.found() if len(when.mapping) == 0 else f"{len(when.mapping)} parameters"
+    if len(node.mapping) != 1:
+        found = f"{len(node.mapping)} parameters" if node.mapping else node.found()
         message = (
-            f"{item.name}: when: found {found}; expected one other searched choice and its "
+            f"{name}: when: found {found}; expected one other searched choice and its "
             "values, {gait.heel_strike: [add]} for instance"
         )
-        raise FileError([when.problem(message)])
-    ((path, values),) = when.mapping.items()
+        raise FileError([node.problem(message)])
+    ((path, values),) = node.mapping.items()
     listed = [value.value for value in values.items or (values,)]
     fitting = tuple(value for value in listed if isinstance(value, bool | int | float | str))
     if not fitting or len(fitting) < len(listed):
-        message = f"{item.name}: when: found {values.found()}; expected values of {path}"
+        message = f"{name}: when: found {values.found()}; expected values of {path}"
         raise FileError([values.problem(message)])
     return Condition(path=path, values=fitting)
 
