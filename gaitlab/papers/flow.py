@@ -8,45 +8,42 @@ References:
 from __future__ import annotations
 
 from math import degrees
+from typing import Literal
 
 import numpy as np
 
+from gaitlab.gaits.flow import Gait
 from gaitlab.kinematics.dh import dh_transform
 from gaitlab.kinematics.parallelogram import dh_sole_pose, serial_joints, sole_pose
-from gaitlab.papers._flow_errata import STANDING, errata
-from gaitlab.papers._parallelogram import parallelogram_table
-from gaitlab.papers._printed_arm import printed_tip_error
-from gaitlab.papers.page import Comparison, Page, Row, Table
+from gaitlab.log import TrialLog
+from gaitlab.papers import flow_effects
+from gaitlab.papers.as_printed import printed_tip_error
+from gaitlab.papers.flow_effects import STANDING
+from gaitlab.papers.page import Comparison, Page, Row, Table, assumptions_of, errata_of, text_of
 from gaitlab.papers.printed import rows as rows_of
 from gaitlab.robots.flow import Robot
+from gaitlab.servos.files import load_servo
+from gaitlab.settings import EngineSettings, Horizon, Spread
+from gaitlab.simulate import simulate
+from gaitlab.surfaces.files import load_surface
+from gaitlab.trial import Names, Trial, plugin
 
-PAPER = (
-    "Luky Yanto, Raden Sanggar Dewanto, Dadet Pramadihanto, Eko Henfri Binugroho, *Teen-Size "
-    'Humanoid "FLoW" Complete Analytical Kinematics*, Politeknik Elektronika Negeri Surabaya, no '
-    "year printed."
-)
-SUMMARY = (
-    "The paper publishes two numbers, height and mass, and no link length, joint range, pose or "
-    "error figure, so there is no result to reproduce. What can be checked are its equations. The "
-    "transform of a joint (1), the inverse kinematics of the head (8, with one repair in 9), of "
-    "the arm's first three joints (15 to 17) and the leg's heading (25 to 29) are right; the arm's "
-    "forward kinematics (12 to 14) is right after three repairs. The head's forward kinematics (5 "
-    "to 7) describes another head, the leg's (22 to 24) cannot be recovered, and the leg's inverse "
-    "kinematics needs five repairs. How many joints an arm or a leg has cannot be decided from the "
-    "text. Every effect below is computed with the assumed lengths."
-)
+MODELS: tuple[Literal["serial"], Literal["geared"]] = ("serial", "geared")  # of the parallelograms
+SURFACE = "carpet_4mm"
+ITERATIONS = 200  # of the solver; with 50 the gears of a loaded leg do not converge
+STAND = 0.3  # s, standing before the walk
 
 
 def audit() -> Page:
     """The page of the FLoW paper."""
     return Page(
-        title="FLoW: complete analytical kinematics of a teen-size humanoid",
-        paper=PAPER,
-        summary=SUMMARY,
+        title=text_of("flow", "title"),
+        paper=text_of("flow", "paper"),
+        summary=text_of("flow", "summary"),
         comparisons=(_facts(), _joint_counts()),
         tables=(_identities(), _lengths(), parallelogram_table()),
-        errata=errata(),
-        assumptions=ASSUMPTIONS,
+        errata=errata_of("flow", flow_effects),
+        assumptions=assumptions_of("flow"),
     )
 
 
@@ -143,20 +140,53 @@ def _lengths() -> Table:
     )
 
 
-ASSUMPTIONS = (
-    ("every length", "see `gaitlab show flow`; equal leg links, the parts add up to 110 cm"),
-    ("mass of the parts", "shares of the published 12.5 kg"),
-    ("joint ranges", "those of robots of this size; thigh and shank at most 75 degrees ahead"),
-    (
-        "servos",
-        "MX-106, in pairs but for the hip's yaw; one MX-106 cannot hold the robot on one leg",
-    ),
-    ("how many joints", "25, of which 23 are independent; arms of 6 or 7 as an option"),
-    (
-        "the parallelograms",
-        "the sole stays parallel to the pelvis; by the ankle's command, or by gears in Bullet",
-    ),
-    ("joints 6 and 7 of the arm", "a wrist that bends and turns; no equation is printed"),
-    ("a walk", "the paper has none; `gait: flow` is ours"),
-    ("results", "none are printed, so nothing simulated agrees or disagrees with the paper"),
-)
+def parallelogram_table() -> Table:
+    """How well each model keeps the soles parallel to the pelvis, and what carries that."""
+    return Table(
+        title="Parallelograms by the ankle's command and by gears",
+        text=(
+            f"Start-up and one cycle of the walk on {SURFACE}, {ITERATIONS} iterations of the "
+            "solver. Rods would let no sole pitch against the pelvis; with a commanded ankle it "
+            "pitches by what the loaded hip and knee give way. The ankle's torque is what rods "
+            "carry; gears carry it without a motor."
+        ),
+        header=("model", "largest sole pitch [degrees]", "ankle torque [N m]", "distance [m]"),
+        rows=[_row(model) for model in MODELS],
+    )
+
+
+def _row(model: Literal["serial", "geared"]) -> tuple[str, ...]:
+    robot = Robot(parallelogram=model)
+    log = simulate(_trial(robot))
+    pitch = np.degrees(sole_pitch(robot, log).max())
+    torque = np.abs(log.arrays["left_ankle_pitch_torque"]).max()
+    walked = log.arrays["trunk_x"][-1] - log.arrays["trunk_x"][0]
+    carried = f"{torque:.1f}" if model == "serial" else "no motor"
+    return model, f"{pitch:.2f}", carried, f"{walked:.2f}"
+
+
+def sole_pitch(robot: Robot, log: TrialLog) -> np.ndarray:
+    """Pitch of both soles against the pelvis, in [rad]. Shape (ticks, 2)."""
+    columns = [log.arrays[f"{joint.name}_position"] for joint in robot.tree.joints]
+    joints = np.stack(columns, axis=-1).astype(float)
+    n = len(joints)
+    poses = robot.tree.poses(np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1)), joints)
+    feet = [robot.tree.index(name) for name in robot.feet]
+    return np.abs(np.arcsin(poses.rotation[:, feet, 2, 0]))
+
+
+def _trial(robot: Robot) -> Trial:
+    servos = [load_servo(joint.servo) for joint in robot.tree.joints if joint.servo is not None]
+    return Trial(
+        robot=robot,
+        gait=Gait(stand_time=STAND),
+        surface=load_surface(SURFACE),
+        servos=tuple(servos),
+        engine=EngineSettings(solver_iterations=ITERATIONS),
+        horizon=Horizon(cycles=1.0),
+        spread=Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=0.0),
+        seed=0,
+        names=Names(robot="flow", gait="flow", surface=SURFACE),
+        robot_code=plugin("robot", "flow"),
+        gait_code=plugin("gait", "flow"),
+    )

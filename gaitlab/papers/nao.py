@@ -7,10 +7,10 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,21 +18,23 @@ from gaitlab.body import Robot as AnyRobot
 from gaitlab.gaits.nao import Gait
 from gaitlab.kinematics.fsr import foot_zmp, sensor_loads
 from gaitlab.kinematics.slanted_leg import geometric_angles
-from gaitlab.papers._nao_charts import pictures
-from gaitlab.papers._nao_errata import errata
-from gaitlab.papers._nao_sweeps import (
+from gaitlab.log import GRAVITY
+from gaitlab.motion import Gait as AnyGait
+from gaitlab.papers import nao_effects
+from gaitlab.papers.nao_charts import pictures
+from gaitlab.papers.nao_effects import fifteen, final, final_gait, paper_leg, straight
+from gaitlab.papers.nao_sweeps import (
     PERIOD,
     Setting,
     criterion,
     settings,
-    straight,
     sweeps,
     table,
     verdict,
 )
-from gaitlab.papers._planned_zmp import planned_zmp
-from gaitlab.papers.page import Comparison, Page, Row, Table
+from gaitlab.papers.page import Comparison, Page, Row, Table, assumptions_of, errata_of, text_of
 from gaitlab.papers.printed import rows
+from gaitlab.papers.walks import not_simulated
 from gaitlab.robots.nao import Robot
 
 DATA = Path("data")
@@ -45,19 +47,19 @@ def audit(store: Path = DATA) -> Page:
     """The page; a store without the sweeps gives a page that says which are missing."""
     robot, gait = Robot(), final_gait()
     found = {sweep.experiment: settings(sweep, store) for sweep in (*sweeps(), PERIOD)}
-    leg, h = paper_leg(), final("Bending Height (m)")
     return Page(
-        title="NAO: a parameter study of stable walking gaits",
-        paper="N. Latif A. Shaari, M. R. B. Razali, M. F. Miskon and I. S. M. Isa, *Parameter "
-        "study of stable walking gaits for NAO humanoid robot*. Gait after D. Goswami, walked in "
-        "Webots, judged by a normalised ZMP.",
-        summary=summary(found),
+        title=text_of("nao", "title"),
+        paper=text_of("nao", "paper"),
+        summary=summary(found, store),
         comparisons=[_table_1(robot), _table_2(robot), _final_setting(gait)],
-        errata=list(errata(gait, robot, leg, h)),
-        assumptions=ASSUMPTIONS,
+        errata=errata_of("nao", nao_effects),
+        assumptions=assumptions_of("nao"),
         tables=[
-            *(table(sweep, found[sweep.experiment]) for sweep in sweeps()),
-            table(PERIOD, found[PERIOD.experiment]),
+            *(
+                table(sweep, found[sweep.experiment])
+                for sweep in (*sweeps(), PERIOD)
+                if found[sweep.experiment]
+            ),
             _knees(robot),
             _planned(robot, gait),
             _limits(robot),
@@ -66,66 +68,26 @@ def audit(store: Path = DATA) -> Page:
     )
 
 
-def final(column: str) -> float:
-    """Number of Table 6, in [m]."""
-    return float(rows("nao_table6")[0][column])
-
-
-def paper_leg() -> float:
-    """L1 + L2 of Table 1, in [m]."""
-    return sum(float(row["Values"].split()[0]) for row in rows("nao_table1")[:2])
-
-
-def final_gait() -> Gait:
-    """Table 6 on NAO's own legs, with the period of the shipped experiments, T = 1 s."""
-    return Gait(
-        step_length=final("Step length (m)") / 2.0,
-        hip_height=straight(Robot()) - final("Bending Height (m)"),
-        step_height=final("Lifting Height (m)"),
-        lateral_sway=final("Frontal Shift (m)"),
-        gait_period=2.0,
-    )
-
-
-def fifteen(robot: Robot) -> Iterator[Gait]:
-    """The settings of Tables 3, 4 and 5."""
-    for number in (3, 4, 5):
-        for row in rows(f"nao_table{number}"):
-            yield replace(
-                final_gait(),
-                step_length=float(row["Step length (m)"]) / 2.0,
-                hip_height=straight(robot) - float(row["Bending Height (m)"]),
-                step_height=float(row["Lifting Height (m)"]),
-                lateral_sway=float(row["Frontal Shift (m)"]),
-            )
-
-
-def summary(found: dict[str, list[Setting]]) -> str:
+def summary(found: dict[str, list[Setting]], store: Path) -> str:
     """What agrees, what does not and what cannot be decided."""
-    choices = "\n".join(f"- {verdict(sweep, found[sweep.experiment])}" for sweep in sweeps())
-    return (
-        "The paper prints no number of what it saw, only charts without data, no period and no "
-        "number of runs. Its sensor positions, its settings and its equations, once corrected, "
-        "hold together: all fifteen settings are within NAO's reach and joint limits. Its choices "
-        "are judged here by whether the robot walks and by how much the load fluctuates when the "
-        "feet exchange roles, over seeds that differ in friction, servo gain and first pose.\n\n"
-        f"{criterion([setting for settings in found.values() for setting in settings])}\n\n"
-        "## Which of the three choices the simulation supports\n\n"
+    choices = [f"- {verdict(sweep, found[sweep.experiment], store)}" for sweep in sweeps()]
+    blocks = [
+        text_of("nao", "summary"),
+        criterion([setting for settings in found.values() for setting in settings]),
+        "## Which of the three choices the simulation supports",
         "Supported means: walks as often as any other setting, and its load fluctuates less than "
         "every other's, each beyond the 95 % interval of the difference paired by seed. Intervals "
-        "are not corrected for their number, which favours the paper.\n\n"
-        f"{choices}\n\n"
-        f"{_period_sentence(found)}\n\n"
-        "It was one factor at a time, and Experiment 1 already walked with the final F and s: "
-        "only h was really selected. H was never varied. What Webots, its floor and its time step "
-        "would have shown cannot be decided here."
-    )
+        "are not corrected for their number, which favours the paper.",
+        "\n".join(choices),
+        _period_sentence(found, store),
+    ]
+    return "\n\n".join(block for block in blocks if block)
 
 
-def _period_sentence(found: dict[str, list[Setting]]) -> str:
+def _period_sentence(found: dict[str, list[Setting]], store: Path) -> str:
     periods = found[PERIOD.experiment]
     if not periods:
-        return "What the period does has not been simulated yet: `gaitlab run nao_period`."
+        return f"**The period**: {not_simulated('nao', store, PERIOD.experiment)}"
     counts = ", ".join(f"{s.walked} of {len(s.trials)} at T = {s.value:g} s" for s in periods)
     others = max(_spread(found[sweep.experiment]) for sweep in sweeps())
     more = _spread(periods) > others
@@ -257,35 +219,64 @@ def _limits(robot: Robot) -> Table:
     )
 
 
-ASSUMPTIONS = (
-    ("period T", "1 s in the three sweeps; swept from 0.6 to 1.5 s in `nao_period`"),
-    (
-        "lateral profile of (2.4)",
-        "`sinsin`, F sin(pi/2 sin(pi tau/T)); `sin`, `foot` and `printed` can be chosen",
-    ),
-    ("start and stop", "stands for 1 s, then a half step; the walk does not stop"),
-    ('"sampling with ten"', "read as ten samples a step; here targets move every 2 ms"),
-    ("number of runs", "10 seeds: friction, servo gains, first pose differ a little"),
-    ("floor, time step, NAO version", "rigid floor of friction 0.6, 2 ms in Bullet, NAO H25 V4.0"),
-    (
-        "servos",
-        "twice the effort of the published URDF, gain of 120 1/s, 0.33 degrees of backlash; all "
-        "in `gaitlab/servos/nao_*.yaml`",
-    ),
-    ("arms", "held bent at the sides; the head looks ahead"),
-    (
-        "force sensors",
-        "the sole is the published box; its contact force is shared by the four sensors so that "
-        "their centre is the centre of pressure, drawn to their edge when it lies beyond",
-    ),
-    (
-        '"fluctuates"',
-        "total variation of the load index, read every 10 ms, over twice the exchanges, less one; "
-        "the index as printed is also measured, but a division by almost nothing rules it",
-    ),
-    (
-        "inertias",
-        "published masses, centres and moments; products of inertia left out; both hips turn by "
-        "servos of their own that are commanded alike",
-    ),
-)
+class PlannedZmp(NamedTuple):
+    """A planned step on the left foot, from the middle between the feet and its ankle, in [m].
+
+    Attributes:
+        furthest_out: Largest y of the ZMP, from the line midway between the feet.
+        hindmost: Smallest x of the ZMP from the standing ankle.
+        foremost: Largest x of it.
+        com_out: Largest y of the centre of mass.
+    """
+
+    furthest_out: float
+    hindmost: float
+    foremost: float
+    com_out: float
+
+
+def planned_zmp(robot: AnyRobot, gait: AnyGait, samples: int = 200) -> PlannedZmp:
+    """ZMP of the first full-amplitude step, from central differences; derived here.
+
+    Args:
+        robot: The robot.
+        gait: A gait whose phase 0 starts a step on the left foot.
+        samples: Instants a step.
+    """
+    dt = gait.gait_period / 2.0 / samples
+    t = gait.startup_time + gait.gait_period + np.arange(-1, samples + 2) * dt
+    feet = gait.feet(t)
+    # The standing foot jumps to the other side at an exchange: count from the left sole, which
+    # is the standing one in the step and the one that has just landed or lifts around it.
+    left = _left_sole(feet.position[:, 0], feet.swing[:, 0])
+    trunk = np.array([0.0, 0.0, robot.hip_offset()]) - left
+    joints = robot.joint_targets(feet)
+    poses = robot.tree.poses(trunk, np.tile(np.eye(3), (len(t), 1, 1)), joints)
+    zmp = _zmp(robot, poses.position, poses.rotation, dt)
+    half = 0.5 * abs(feet.position[0, 0, 1] - feet.position[0, 1, 1])
+    out = robot.tree.centre_of_mass(poses)[1:-1, 1] + half
+    return PlannedZmp(
+        float(zmp[:, 1].max() + half),
+        float(zmp[:, 0].min()),
+        float(zmp[:, 0].max()),
+        float(out.max()),
+    )
+
+
+def _left_sole(position: np.ndarray, swing: np.ndarray) -> np.ndarray:
+    """Left sole seen from the hips, held to the ground in the instants when it swings."""
+    standing = position.copy()
+    standing[swing, 2] = position[~swing, 2][0]
+    return standing
+
+
+def _zmp(robot: AnyRobot, position: np.ndarray, rotation: np.ndarray, dt: float) -> np.ndarray:
+    """ZMP on the ground of the links as point masses, in [m]. Shape (n - 2, 2)."""
+    mass = np.array([link.mass for link in robot.tree.links])[:, None]
+    centre = np.array([link.box.centre for link in robot.tree.links])
+    at = position + np.einsum("nlij,lj->nli", rotation, centre)
+    acceleration = (at[2:] - 2.0 * at[1:-1] + at[:-2]) / dt**2
+    now, lift = at[1:-1], acceleration[..., 2:] + GRAVITY
+    moment = (mass * (lift * now[..., :2] - now[..., 2:] * acceleration[..., :2])).sum(axis=1)
+    total: np.ndarray = moment / (mass * lift).sum(axis=1)
+    return total

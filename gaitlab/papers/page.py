@@ -1,16 +1,26 @@
 """What an audit of a paper finds, as data, and the page that shows it.
 
-One file a paper in `gaitlab/papers`, each with a function `audit() -> Page`; the name of the file
-is the name on the command line.
+One file a paper in `gaitlab/papers`, each with a function `audit() -> Page`; its name is the name
+on the command line. What nobody computes of a page, its errata with their wording among it, is
+`printed/<paper>.yaml`; an erratum there names the function that computes its effect.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from gaitlab.documents import Node, load
+from gaitlab.report.markdown import image, section, table
 
 Cell = str | float | int | None
+Numbers = Mapping[str, object]
+PRINTED = Path(__file__).parent / "printed"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +98,7 @@ class Picture:
     Attributes:
         name: Name of its file, without ending.
         caption: What it shows.
-        draw: Writes the file `name`.svg into a folder.
+        draw: Writes the file `name`.png into a folder.
     """
 
     name: str
@@ -121,51 +131,100 @@ class Page:
     pictures: Sequence[Picture] = ()
 
 
+@cache
+def _written(paper: str) -> Mapping[str, Node]:
+    """What `printed/<paper>.yaml` holds."""
+    return load(PRINTED / f"{paper}.yaml").mapping
+
+
+def text_of(paper: str, key: str, **numbers: object) -> str:
+    """`title`, `paper` or `summary` of a paper, its numbers filled in."""
+    return str(_written(paper)[key].value).strip().format(**numbers)
+
+
+def errata_of(paper: str, module: ModuleType) -> list[Erratum]:
+    """Every mistake of a paper's file, in its order, the functions taken from a module."""
+    return [Erratum(**filled) for filled in _filled(paper, "errata", module)]
+
+
+def assumptions_of(paper: str, module: ModuleType | None = None) -> list[tuple[str, str]]:
+    """What a paper leaves out and what is assumed instead, as its file has it."""
+    return [(each["what"], each["assumed"]) for each in _filled(paper, "assumptions", module)]
+
+
+def _filled(paper: str, key: str, module: ModuleType | None) -> Iterator[dict[str, str]]:
+    for item in _written(paper)[key].items:
+        texts = {name: str(node.value).strip() for name, node in item.mapping.items()}
+        function = texts.pop("numbers", None)
+        numbers: Numbers = getattr(module, function)() if function else {}
+        yield {name: text.format(**numbers) for name, text in texts.items()}
+
+
+def matrix(
+    title: str,
+    text: str,
+    columns: Sequence[str],
+    rows: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    bold: Callable[[str, int], bool],
+) -> Table:
+    """A printed table as it is laid out, in brackets how far ours lies from each number.
+
+    Args:
+        title: The paper's table and what it shows.
+        text: What stands above it.
+        columns: Titles of the columns of numbers.
+        rows: Printed numbers and ours, by the title of the row.
+        bold: Whether the cell of a row and a column is a misprint.
+    """
+    body = []
+    for name, (printed, ours) in rows.items():
+        off = np.round(ours - printed, 2) + 0.0
+        cells = [f"{p:.2f} ({q:+.2f})" for p, q in zip(printed, off, strict=True)]
+        body.append([name, *(f"**{c}**" if bold(name, j) else c for j, c in enumerate(cells))])
+    return Table(title=title, text=text, header=["", *columns], rows=body)
+
+
 def markdown(page: Page, pictures: str = ".") -> str:
     """The page as Markdown; its pictures are looked for in a folder relative to it."""
-    return "\n".join(_lines(page, pictures)) + "\n"
-
-
-def _lines(page: Page, pictures: str) -> Iterator[str]:
-    yield from (f"# {page.title}", "", page.paper, "", page.summary)
-    for comparison in page.comparisons:
-        yield from ("", f"## {comparison.title}", "")
-        yield from _comparison(comparison)
-    for table in page.tables:
-        yield from _table(table)
-    for picture in page.pictures:
-        what = picture.caption.partition(":")[0]
-        yield from ("", f"![{what}]({pictures}/{picture.name}.svg)", "")
-        yield picture.caption
+    blocks = [
+        f"# {page.title}",
+        page.paper,
+        page.summary,
+        *(section(item.title, _comparison(item)) for item in page.comparisons),
+        *(section(item.title, item.text, _table(item.header, item.rows)) for item in page.tables),
+        *(_picture(item, pictures) for item in page.pictures),
+    ]
     if page.errata:
-        yield from ("", "## Wrong in print", "", "| where | printed | correct | effect |")
-        yield "|---|---|---|---|"
-        yield from (
-            _row(erratum.where, erratum.printed, erratum.correct, erratum.effect)
-            for erratum in page.errata
-        )
+        wrong = [(item.where, item.printed, item.correct, item.effect) for item in page.errata]
+        head = ("where", "printed", "correct", "effect")
+        blocks.append(section("Wrong in print", _table(head, wrong, "llll")))
     if page.assumptions:
-        yield from ("", "## Left out by the paper", "", "| what | assumed here |", "|---|---|")
-        yield from (_row(*assumption) for assumption in page.assumptions)
+        left_out = _table(("what", "assumed here"), page.assumptions, "ll")
+        blocks.append(section("Left out by the paper", left_out))
+    return "\n\n".join(block for block in blocks if block) + "\n"
 
 
-def _table(table: Table) -> Iterator[str]:
-    yield from ("", f"## {table.title}", "")
-    if table.text:
-        yield from (table.text, "")
-    yield _row(*table.header)
-    yield "|---" + "|---:" * (len(table.header) - 1) + "|"
-    yield from (_row(*row) for row in table.rows)
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> str:
+    """A table of cells that may hold mark-up; empty without rows."""
+    if not rows:
+        return ""
+    cells = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
+    return table(header, cells, align or "l".ljust(len(header), "r"))
 
 
-def _comparison(comparison: Comparison) -> Iterator[str]:
+def _picture(picture: Picture, folder: str) -> str:
+    what = picture.caption.partition(":")[0]
+    return f"{image(what, f'{folder}/{picture.name}.png')}\n\n{picture.caption}"
+
+
+def _comparison(comparison: Comparison) -> str:
     unit = "" if comparison.unit == "-" else f" [{comparison.unit}]"
-    yield f"|  | printed{unit} | ours{unit} | difference{unit} | note |"
-    yield "|---|---:|---:|---:|---|"
+    header = ["", f"printed{unit}", f"ours{unit}", f"difference{unit}", "note"]
+    rows = []
     for row in comparison.rows:
         numbers = (row.printed, row.ours, _difference(row))
-        shown = (_number(number, comparison.digits) for number in numbers)
-        yield _row(row.label, *shown, row.note)
+        rows.append([row.label, *(_number(n, comparison.digits) for n in numbers), row.note])
+    return _table(header, rows, "lrrrl")
 
 
 def _difference(row: Row) -> Cell:
@@ -178,7 +237,3 @@ def _number(value: Cell, digits: int) -> str:
     if value is None:
         return "–"
     return value if isinstance(value, str) else f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def _row(*cells: str) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"

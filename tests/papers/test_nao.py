@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,11 +13,17 @@ import pytest
 
 from gaitlab.experiment import load_experiment
 from gaitlab.gaits.nao import Gait
-from gaitlab.papers._nao_errata import errata, lateral_arm_error, printed_foot, printed_hip_pitch
-from gaitlab.papers._nao_errata import standing as standing_leg
-from gaitlab.papers._nao_sweeps import PERIOD, Setting, criterion, sweeps, table, verdict
-from gaitlab.papers._planned_zmp import planned_zmp
-from gaitlab.papers.nao import audit, fifteen, final_gait, paper_leg
+from gaitlab.papers.nao import audit, planned_zmp
+from gaitlab.papers.nao_effects import (
+    fifteen,
+    final_gait,
+    lateral_arm_error,
+    paper_leg,
+    printed_foot,
+    printed_hip_pitch,
+)
+from gaitlab.papers.nao_effects import standing as standing_leg
+from gaitlab.papers.nao_sweeps import PERIOD, Setting, criterion, sweeps, table, verdict
 from gaitlab.papers.page import markdown
 from gaitlab.plan import plan
 from gaitlab.robots.nao import Robot
@@ -24,6 +31,7 @@ from gaitlab.run import run_trial
 from gaitlab.store import Store
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "nao.json").read_text())
+STORE = Path("data")
 SHIPPED = Path(__file__).parents[2] / "experiments"
 
 
@@ -103,7 +111,7 @@ def test_the_shipped_experiment_walks_every_setting_of_the_paper_s_table(sweep) 
 def test_a_choice_that_fluctuates_least_and_always_walks_is_supported() -> None:
     sweep = sweeps()[0]
     found = [setting(value, 0.5 if value == sweep.chosen else 1.0) for value in sweep.values([])]
-    text = verdict(sweep, found)
+    text = verdict(sweep, found, STORE)
     assert text.startswith("**h = 18 mm: supported.**")
     assert "less than 4 and more than 0" in text
 
@@ -119,7 +127,7 @@ def test_a_choice_that_is_no_better_or_falls_more_is_not_supported(
         setting(value, fluctuation, fell=fell) if value == sweep.chosen else setting(value, 1.0)
         for value in sweep.values([])
     ]
-    assert verdict(sweep, found).startswith("**F = 55 mm: not supported.**")
+    assert verdict(sweep, found, STORE).startswith("**F = 55 mm: not supported.**")
 
 
 def test_the_criterion_is_counted_over_trials_once_each() -> None:
@@ -141,19 +149,14 @@ def test_a_table_shows_a_row_a_setting_with_its_interval() -> None:
 def test_without_a_store_the_page_says_what_to_run_and_still_shows_all_that_is_computed(
     tmp_path: Path,
 ) -> None:
-    page = audit(tmp_path / "none")
+    store = tmp_path / "none"
+    page = audit(store)
     text = markdown(page)
     for name in ("nao_bending_height", "nao_frontal_shift", "nao_step_length", "nao_period"):
-        assert f"`gaitlab run {name}`" in text
+        assert f"`gaitlab run {name} --store {store}`" in text
     assert page.pictures == []
     assert "28 mm under ground" in text
-    assert "| 1 | 60 | 40 | -19 | 45 |" in text
-
-
-def test_every_erratum_says_how_much_it_matters() -> None:
-    found = list(errata(final_gait(), Robot(), paper_leg(), 0.018))
-    assert len(found) == 13
-    assert all(one.where and one.printed and one.correct and one.effect for one in found)
+    assert re.search(r"\| 1 +\| 60 +\| 40 +\| -19 +\| 45 +\|", text)
 
 
 @pytest.mark.long
@@ -173,4 +176,4 @@ def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
     assert [picture.name for picture in page.pictures] == ["chart_3", "chart_4"]
     for picture in page.pictures:
         picture.draw(tmp_path, picture.name)
-        assert (tmp_path / f"{picture.name}.svg").read_text().count("<path") > 20
+        assert (tmp_path / f"{picture.name}.png").stat().st_size > 10_000

@@ -168,3 +168,37 @@ def stated(side: Side) -> np.ndarray:
     table = rows("bioloid_abstract_averages")
     found = [row["Printed in abstract"] for row in table if row["Quantity"].startswith(side)]
     return np.array(found, dtype=float)
+
+
+def gamma_errors() -> tuple[float, float]:
+    """Mean error of the measured ankle pitch against eq. (7) and against level soles, degrees."""
+    return _gamma_error("published"), _gamma_error("flat")
+
+
+def _gamma_error(law: AnkleLaw) -> float:
+    errors = [
+        mean_error(
+            np.stack([measured(robot, side) for robot in ROBOTS]),
+            recomputed(side, ankle_law=law, lean=common_lean()),
+        )
+        for side in SIDES
+    ]
+    return float(np.mean(errors, axis=0)[GAMMA])
+
+
+def sole_angle() -> float:
+    """Largest angle between the soles under the published ankle law, in degrees."""
+    right, left = (lean_of(recomputed(side)) for side in SIDES)
+    return float(np.abs(right - left).max())
+
+
+def offsets() -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation of measured less computed X, Y, Z, in cm. Shape (3,) each."""
+    off = np.concatenate(
+        [
+            positions(robot, side) - level_positions(robot, side)
+            for robot in ROBOTS
+            for side in SIDES
+        ]
+    )
+    return off.mean(axis=0), off.std(axis=0)

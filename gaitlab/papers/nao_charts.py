@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from gaitlab.log import TrialLog
-from gaitlab.papers._nao_sweeps import Setting, Sweep, settings, sweeps
+from gaitlab.papers.nao_sweeps import Setting, Sweep, settings, sweeps
 from gaitlab.papers.page import Picture
-from gaitlab.report.signals import Signal, write_signals
+from gaitlab.picture.figure_style import BLUE, FAINT, VERMILLION, new_figure, save, style
 from gaitlab.sensing import READING, load_index_signal, normalised_zmp_signal
 from gaitlab.store import Store
 
@@ -90,3 +91,56 @@ def _signal(label: str, log: TrialLog, axis: int) -> Signal:
     value = normalised_zmp_signal(log, rows)[:, axis]
     start = rows.start * log.header.dt - log.header.startup_time
     return Signal(label=label, time=start + (np.arange(len(value)) + 0.5) * READING, value=value)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signal:
+    """One panel.
+
+    Attributes:
+        label: What is special about this walk.
+        time: In [s]. Shape (n,).
+        value: NaN where it is not defined. Shape (n,).
+    """
+
+    label: str
+    time: np.ndarray
+    value: np.ndarray
+
+
+def write_signals(
+    signals: Sequence[Signal],
+    folder: Path,
+    name: str,
+    *,
+    title: str,
+    quantity: str,
+    bounds: tuple[float, float],
+    shown: tuple[float, float],
+) -> Path:
+    """Draw signals and save them; the same signals give the same bytes.
+
+    Args:
+        signals: One a panel, from the top.
+        folder: Where it goes.
+        name: Name of the file, without ending.
+        title: Title of the figure.
+        quantity: What is drawn, with its unit.
+        bounds: Two levels that are marked in every panel.
+        shown: Lowest and highest value shown; what lies beyond is drawn on the edge in red.
+    """
+    with style():
+        figure = new_figure(height=0.8 + 0.85 * len(signals))
+        axes = figure.subplots(len(signals), 1, sharex=True, sharey=True, squeeze=False).ravel()
+        for axis, signal in zip(axes, signals, strict=True):
+            for level in bounds:
+                axis.axhline(level, color=FAINT, linewidth=0.8)
+            axis.plot(signal.time, np.clip(signal.value, *shown), color=BLUE, linewidth=0.9)
+            beyond = (signal.value < shown[0]) | (signal.value > shown[1])
+            edge = np.clip(signal.value[beyond], *shown)
+            axis.plot(signal.time[beyond], edge, ".", color=VERMILLION, markersize=3.0)
+            axis.set_ylabel(signal.label, rotation=0, ha="right", va="center")
+            axis.set_ylim(1.05 * shown[0], 1.05 * shown[1])
+        axes[-1].set_xlabel("time since walking at full amplitude [s]")
+        figure.suptitle(f"{title}: {quantity}", x=0.01, ha="left", fontsize=10.0, weight="bold")
+    return save(figure, folder, name)

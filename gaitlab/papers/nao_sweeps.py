@@ -15,8 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.errors import UnknownName
+from gaitlab.papers.nao_effects import straight
 from gaitlab.papers.page import Table
 from gaitlab.papers.printed import rows as published
+from gaitlab.papers.walks import not_simulated
 from gaitlab.robots.nao import Robot
 from gaitlab.statistics import mean_interval, wilson
 from gaitlab.store import Store
@@ -73,11 +75,6 @@ _IN_MM: Mapping[str, Callable[[float], float]] = {
     "F": lambda lateral_sway: 1000.0 * lateral_sway,
     "s": lambda step_length: 2000.0 * step_length,
 }
-
-
-def straight(robot: Robot) -> float:
-    """Height of the hips over the soles on straight legs, where h is 0, in [m]."""
-    return robot.leg.thigh + robot.leg.tibia + robot.sole.height
 
 
 @cache
@@ -170,8 +167,6 @@ def table(sweep: Sweep, found: Sequence[Setting]) -> Table:
     ]
     number = f"Table {sweep.table[-1]}, " if sweep.table else ""
     text = f"`gaitlab run {sweep.experiment}`"
-    if not found:
-        text = f"Not simulated in this store: run {text} and then `gaitlab audit nao`."
     return Table(title=f"{number}{sweep.title} {sweep.symbol}", text=text, header=header, rows=body)
 
 
@@ -223,13 +218,13 @@ def criterion(found: Sequence[Setting]) -> str:
     )
 
 
-def verdict(sweep: Sweep, found: Sequence[Setting]) -> str:
+def verdict(sweep: Sweep, found: Sequence[Setting], store: Path) -> str:
     """Whether the simulation supports the paper's choice, with its numbers, as a sentence."""
     name = f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}"
     chosen = next((s for s in found if s.value == sweep.chosen), None)
     others = [s for s in found if s.value != sweep.chosen]
     if chosen is None or not others:
-        return f"**{name}**: not simulated yet, `gaitlab run {sweep.experiment}`."
+        return f"**{name}**: {not_simulated('nao', store, sweep.experiment)}"
     differences = [_difference(chosen, other) for other in others]
     better = sum(low > 0.0 for _, low, _ in differences)
     worse = sum(high < 0.0 for _, _, high in differences)
