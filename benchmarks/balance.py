@@ -17,10 +17,10 @@ from statistics import median
 import numpy as np
 
 from gaitlab.balance.ankle_hip import Balance
-from gaitlab.engine import TickState
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
-from gaitlab.simulate.loop import Loop, loop_of
+from gaitlab.simulation.engine import TickState
+from gaitlab.simulation.loop import Loop, loop_of
 from gaitlab.trial import plugin
 
 

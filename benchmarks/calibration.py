@@ -27,9 +27,9 @@ import numpy as np
 
 from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
+from gaitlab.model.settings import Horizon
 from gaitlab.plan import plan
-from gaitlab.settings import Horizon
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Trial
 

@@ -21,7 +21,7 @@ import numpy as np
 from gaitlab.experiment import load_experiment
 from gaitlab.metrics import measure
 from gaitlab.plan import plan
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 
 SURFACES = ("carpet_4mm", "grass_30mm")
 FINEST = (1e-3, 200)

@@ -8,10 +8,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from gaitlab.dispatch.forecast import Forecast
-from gaitlab.dispatch.sweep import _kind
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import duration, plan
+from gaitlab.running.forecast import Forecast
+from gaitlab.running.sweep import _kind
 from gaitlab.store import Store
 
 WORKERS = 2

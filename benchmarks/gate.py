@@ -27,7 +27,6 @@ from typing import TypeAlias
 import numpy as np
 from scipy.stats import norm
 
-from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.plan import plan
 from gaitlab.plugins import locate
@@ -35,6 +34,7 @@ from gaitlab.regression import Baseline, Outcome, compared, record
 from gaitlab.regression.baseline import Walk
 from gaitlab.regression.matching import matched
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity, tested
+from gaitlab.running import dispatch
 from gaitlab.statistics import wilson
 from gaitlab.store import Store, listed
 

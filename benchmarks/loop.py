@@ -24,13 +24,13 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-from gaitlab.body import Robot
-from gaitlab.engine import Engine
-from gaitlab.engine.bullet import GROUND, OTHERS, SHELL, Indices, let_legs_meet, links
 from gaitlab.experiment import load_experiment
+from gaitlab.model import Robot
 from gaitlab.plan import plan
-from gaitlab.run import run_trial
-from gaitlab.simulate import engine_for
+from gaitlab.running.run_trial import run_trial
+from gaitlab.simulation import engine_for
+from gaitlab.simulation.bullet import GROUND, OTHERS, SHELL, Indices, let_legs_meet, links
+from gaitlab.simulation.engine import Engine
 from gaitlab.store import Store
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Trial
@@ -90,7 +90,8 @@ def bare(trial: Trial, ticks: int, meeting: bool = True) -> float:
         ticks: How long.
         meeting: Whether the legs can touch each other.
     """
-    with nullcontext() if meeting else patch("gaitlab.engine.engine.let_legs_meet", meet_ground):
+    place = "gaitlab.simulation.engine.let_legs_meet"
+    with nullcontext() if meeting else patch(place, meet_ground):
         commands = motor_commands(trial, ticks)
         engine, _ = on_hard_floor(trial)
     with engine:

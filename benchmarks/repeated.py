@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 
-from gaitlab.dispatch import dispatch
 from gaitlab.experiment import Experiment, candidate, load_experiment
 from gaitlab.plan import plan
+from gaitlab.running import dispatch
 from gaitlab.search import History
 from gaitlab.search.final import hold_final
 from gaitlab.search.objectives import score, stored_outcome

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
-from gaitlab.replay import Cut, Recorded, cut_of, write_replay
-from gaitlab.simulate import simulate
+from gaitlab.render import Cut, Recorded, cut_of, write_replay
+from gaitlab.simulation import simulate
 
 SETTINGS = [
     "surfaces=[grass_50mm]",

@@ -16,9 +16,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gaitlab.executors import Job, Processes, simulated
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
+from gaitlab.running.executor import Job
+from gaitlab.running.processes import Processes
+from gaitlab.running.worker import simulated
 from gaitlab.store import Store, TrialRecord
 
 EXPERIMENT = Path(__file__).parent.parent / "tests" / "data" / "pretended.yaml"

@@ -14,8 +14,8 @@ import time
 from pathlib import Path
 from statistics import median
 
-from gaitlab.dispatch import dispatch
 from gaitlab.experiment import load_experiment
+from gaitlab.running import dispatch
 from gaitlab.store import Store
 
 SETTINGS = ["surfaces=[carpet_4mm]", "grid={gait.step_length: [0.04]}", "horizon.cycles=9"]

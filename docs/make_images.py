@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.experiment import load_experiment
-from gaitlab.picture.figure_style import save
-from gaitlab.picture.portrait import portrait
-from gaitlab.picture.robot import stance_at
 from gaitlab.plan import plan
-from gaitlab.replay import Recorded, cut_of, write_replay
-from gaitlab.simulate import simulate
+from gaitlab.render import Recorded, cut_of, write_replay
+from gaitlab.render.figure_style import save
+from gaitlab.render.portrait import portrait
+from gaitlab.render.robot import stance_at
+from gaitlab.simulation import simulate
 
 FOLDER = Path(__file__).parent / "images"
 SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[0]"]

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from math import inf, prod
 from typing import Any
 
-from gaitlab.balancing import Balance
-from gaitlab.body import Robot
 from gaitlab.experiment import (
     Experiment,
     Parts,
@@ -19,10 +17,12 @@ from gaitlab.experiment import (
     owned,
     try_out,
 )
-from gaitlab.motion import Gait
+from gaitlab.model import Robot
+from gaitlab.model.balance import Balance
+from gaitlab.model.gait import Gait
+from gaitlab.model.servo import Servo
+from gaitlab.model.settings import Horizon
 from gaitlab.plugins import label
-from gaitlab.servos import Servo
-from gaitlab.settings import Horizon
 from gaitlab.trial import Names, Trial
 
 SAMPLED_CELLS = 32  # cells whose duration stands for all

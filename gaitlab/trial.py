@@ -16,13 +16,14 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from gaitlab.balancing import Balance
-from gaitlab.body import Robot
 from gaitlab.canonical import Value, canonical_json, fragment, instance, values
 from gaitlab.errors import WrongValue
 from gaitlab.metrics import take_in
-from gaitlab.motion import Gait
-from gaitlab.own_code import digest_of
+from gaitlab.model import Robot
+from gaitlab.model.balance import Balance
+from gaitlab.model.gait import Gait
+from gaitlab.model.servo import Servo
+from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.plugins import (
     CodeKind,
     Files,
@@ -34,8 +35,7 @@ from gaitlab.plugins import (
     locate,
     user_code,
 )
-from gaitlab.servos import Servo
-from gaitlab.settings import EngineSettings, Horizon, Spread
+from gaitlab.plugins.own_code import digest_of
 from gaitlab.surfaces import SURFACE_TYPES, Surface
 
 # Raise it when a change of the simulation, of a shipped gait or of a shipped robot gives other

@@ -16,8 +16,8 @@ from gaitlab.__main__ import main
 
 _context = get_context("forkserver")
 _context.set_forkserver_preload(
-    ["gaitlab.cli", "gaitlab.dispatch", "gaitlab.report.study.gathering", "gaitlab.regression",
-     "gaitlab.report", "gaitlab.papers.reproduction", "gaitlab.store.tables", "gaitlab.replay"]
+    ["gaitlab.cli", "gaitlab.running", "gaitlab.report.study.gathering", "gaitlab.regression",
+     "gaitlab.report", "gaitlab.papers.reproduction", "gaitlab.store.tables", "gaitlab.render"]
 )  # fmt: skip
 
 

@@ -11,8 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gaitlab.dispatch import Silent, Started, dispatch
 from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.running import Silent, Started, dispatch
 from gaitlab.store import Store, TrialRecord
 from tests import recorded
 
@@ -90,11 +90,11 @@ class Speaking(Silent):
 
 
 if __name__ == "__main__":
-    import gaitlab.dispatch.sweep
+    import gaitlab.running.sweep
     from tests import pretended  # pickled by this name, not as a function of __main__
 
     where, how = sys.argv[1:]
-    gaitlab.dispatch.sweep.simulated = (
+    gaitlab.running.sweep.simulated = (
         partial(pretended.pretend_held, hold=Path(how))
         if Path(how).is_file()
         else partial(pretended.pretend_well, pause=float(how))

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from gaitlab.log import LogHeader, TrialLog
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
 from gaitlab.store import TrialRecord
 
 JOINTS = ("left_knee", "right_knee")

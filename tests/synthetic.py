@@ -8,9 +8,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gaitlab.fall import fall_causes
 from gaitlab.log import LogHeader, TrialLog
-from gaitlab.log_columns import FEET, FSRS, columns
+from gaitlab.log.columns import FEET, FSRS, columns
+from gaitlab.log.fall import fall_causes
 
 Course: TypeAlias = Callable[[np.ndarray], np.ndarray] | float
 """A column as a function of the time walked, in [s] since the start-up's end, or a constant."""

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from gaitlab.balance.ankle_hip import Balance
-from gaitlab.dispatch.basis import basis
 from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, candidate, load_experiment
 from gaitlab.parameters import get_path, parameter_table, set_path
 from gaitlab.plan import plan
 from gaitlab.report.variants import label_of
+from gaitlab.running.basis import basis
 from gaitlab.store.entry import entry
 from gaitlab.trial import Trial
 from tests import recorded
@@ -31,7 +31,7 @@ OWN = '''"""Says nothing."""
 
 from dataclasses import dataclass, field
 
-from gaitlab.imu import Imu
+from gaitlab.model.imu import Imu
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.body import Box, Joint, Link, Tree, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.soles import Sole
+from gaitlab.model import Box, Joint, Link, Tree, require_limits
+from gaitlab.model.soles import Sole
 
 SOLE = Sole(length=0.12, width=0.08, heel=0.05, height=0.04, kind="flat")
 

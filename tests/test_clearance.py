@@ -11,8 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitlab.body import LinkPoses
-from gaitlab.body.clearance import (
+from gaitlab.errors import FileError, Infeasible, WrongValue
+from gaitlab.experiment import load_experiment
+from gaitlab.kinematics.transforms import rotation_of
+from gaitlab.metrics import measure
+from gaitlab.model import LinkPoses
+from gaitlab.model.clearance import (
     _gap,
     legs_gap,
     links_apart,
@@ -21,17 +25,13 @@ from gaitlab.body.clearance import (
     require_own_space,
     shape_of,
 )
-from gaitlab.commands import joint_commands
-from gaitlab.errors import FileError, Infeasible, WrongValue
-from gaitlab.experiment import load_experiment
-from gaitlab.kinematics.transforms import rotation_of
-from gaitlab.metrics import measure
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.settings import Spread
 from gaitlab.plan import plan
 from gaitlab.plugins import locate, names
 from gaitlab.robots.eros import Robot
-from gaitlab.run import run_trial
-from gaitlab.settings import Spread
-from gaitlab.simulate import engine_for, simulate
+from gaitlab.running.run_trial import run_trial
+from gaitlab.simulation import engine_for, simulate
 from tests.trials import trial as eros
 
 lengths = st.floats(0.01, 0.3)

@@ -35,7 +35,7 @@ class Printed(tuple[int, str, str]):
 def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run a command in an empty folder."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
 
     def command(*arguments: str) -> Printed:
         code = run_command_line(arguments)
@@ -187,7 +187,7 @@ def test_a_dry_run_shows_cells_reasons_and_cost_and_touches_nothing(gaitlab) -> 
 def test_failed_trials_give_their_own_exit_code_and_reason(
     gaitlab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     done = gaitlab("run", EXPERIMENT, "-j", "2")
     assert done.code == 4
     assert "worker process ended with exit code 3" in done.err

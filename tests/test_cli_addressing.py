@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from gaitlab.cli.addressing import trial_at
-from gaitlab.dispatch import dispatch
 from gaitlab.errors import UnknownName
+from gaitlab.running import dispatch
 from gaitlab.store import Store
 from tests import pretended
 
@@ -18,7 +18,7 @@ from tests import pretended
 def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     found = Store(tmp_path_factory.mktemp("store"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitlab.dispatch.sweep.simulated", pretended.pretend_well)
+        patch.setattr("gaitlab.running.sweep.simulated", pretended.pretend_well)
         dispatch(pretended.experiment(seeds=2), found, jobs=0)
     return found
 

@@ -12,7 +12,7 @@ import pytest
 
 from gaitlab.cli import run_command_line
 from gaitlab.cli.audit import papers
-from gaitlab.limbs import Limbed
+from gaitlab.model.limbs import Limbed
 from gaitlab.plugins import load_class, names
 
 GOLDEN = json.loads((Path(__file__).parent / "data" / "flow.json").read_text())

@@ -16,8 +16,8 @@ import pytest
 
 from gaitlab.cli import printing, run_command_line
 from gaitlab.cli.printing import number, other_output_on_stderr, plural, wrapped
+from gaitlab.experiment.shell import store_option
 from gaitlab.plugins import locate
-from gaitlab.shell import store_option
 from tests.pretended import pretend, pretend_well
 from tests.test_cli import EXPERIMENT, Printed
 
@@ -28,7 +28,7 @@ LONG_GRID = "grid.gait.step_length=[0.0, 0.01, 0.02, 0.03, 0.04, 0.05]"
 def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run a command in an empty folder, trials being made up."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
 
     def command(*arguments: str) -> Printed:
         code = run_command_line(arguments)
@@ -167,7 +167,7 @@ def test_a_thousand_values_do_not_fill_the_screen(gaitlab) -> None:
 
 
 def test_reasons_are_told_once_with_a_trial_to_look_at(gaitlab, monkeypatch) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     done = gaitlab("run", EXPERIMENT, "-j", "2")
     told = [line for line in done.err.splitlines() if "gaitlab show" in line]
     assert [line.partition(":")[0] for line in told] == ["infeasible, 4 trials", "failed, 1 trial"]
@@ -179,7 +179,7 @@ def test_a_run_that_is_stopped_at_once_says_how_to_go_on(gaitlab, monkeypatch) -
     def killed(*arguments: object, **options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", killed)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", killed)
     done = gaitlab("run", EXPERIMENT, "-j", "0")
     assert (done.code, done.out) == (130, "")
     assert done.err.splitlines()[-1].endswith(f"Go on: gaitlab run {EXPERIMENT}")
@@ -391,7 +391,7 @@ def test_commands_that_messages_suggest_work_when_they_are_pasted(gaitlab, monke
     assert suggested(done.out)[:2] == ["report", "my test.yaml"]
     Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
     assert gaitlab("baseline", *suggested(done.out)[1:], "--output", "b.json").code == 0
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     done = gaitlab("run", EXPERIMENT, "--store", "my store")
     look = done.err.partition("(gaitlab ")[2].partition(")")[0]
     assert gaitlab(*shlex.split(look)).out.startswith("trial ")

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import pytest
 
-from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Tree, standing
-from gaitlab.engine import Engine
-from gaitlab.settings import EngineSettings, Spread
-from gaitlab.soles import Sole
+from gaitlab.model import Box, Coupling, Gantry, Joint, Link, Tree, standing
+from gaitlab.model.settings import EngineSettings, Spread
+from gaitlab.model.soles import Sole
+from gaitlab.simulation.engine import Engine
 from gaitlab.surfaces.files import load_surface
 from tests.ground.bench import LOCK, STILL
 

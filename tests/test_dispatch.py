@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.dispatch import Ended, Silent, Summary, dispatch, outlook
 from gaitlab.errors import StoreError
 from gaitlab.plan import plan
+from gaitlab.running import Ended, Silent, Summary, dispatch, outlook
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_falling, pretend_well
 
@@ -28,12 +28,12 @@ def store(tmp_path: Path) -> Store:
 
 @pytest.fixture
 def well(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
 
 
 @pytest.fixture
 def faulty(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
 
 
 def contents(store: Store) -> tuple[bytes, bytes, str]:
@@ -70,7 +70,7 @@ class Told(Silent):
 def test_falls_in_standing_are_counted_and_told_of_as_soon_as_a_cell_is_sure(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_falling)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_falling)
     told, seeds, carpets = Told(), 4, CELLS // 2
     first = dispatch(experiment(seeds=seeds), store, jobs=0, progress=told)
     assert (first.falls, first.fell_standing) == (carpets * seeds * 3 // 2, carpets * seeds)
@@ -114,9 +114,9 @@ def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(store: 
 def test_failed_trials_run_again_when_asked_for(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     dispatch(experiment(), store, jobs=2)
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
     again = dispatch(experiment(), store, jobs=2, retry_failed=True)
     assert (again.cached, again.done, again.failed) == (23, 1, 0)
 

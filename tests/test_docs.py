@@ -141,7 +141,7 @@ def words_of_the_program() -> set[str]:
 
     import gaitlab.experiment.schema as schema
     from gaitlab.experiment import Experiment
-    from gaitlab.log_columns import columns
+    from gaitlab.log.columns import columns
     from gaitlab.metrics import names
     from gaitlab.store import TrialRecord
 

@@ -18,7 +18,9 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import StoreError
-from gaitlab.executors import Executor, Job, Outcome, Processes, Serial
+from gaitlab.running.executor import Executor, Job, Outcome
+from gaitlab.running.processes import Processes
+from gaitlab.running.serial import Serial
 from gaitlab.store import TrialRecord
 from tests import recorded
 
@@ -131,7 +133,7 @@ def test_memory_that_a_trial_eats_costs_that_trial_alone(tmp_path: Path) -> None
 
 
 def test_a_worker_that_does_not_start_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.executors.child.START_TIME", 0.0)
+    monkeypatch.setattr("gaitlab.running.child.START_TIME", 0.0)
     found = list(Processes(behave, 1).run(jobs("work")))
     assert found[0].reason.startswith("time-out: not started in 0 s")
 
@@ -199,7 +201,7 @@ DRIVER = """
 import sys
 from functools import partial
 from pathlib import Path
-from gaitlab.executors import Processes
+from gaitlab.running.processes import Processes
 from tests.test_executors import behave, jobs
 if __name__ == "__main__":
     executor = Processes(partial(behave, folder=Path(sys.argv[1])), 2)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.fall import CAUSES, FallDetector, fall_causes
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
+from gaitlab.log.fall import CAUSES, FallDetector, fall_causes
 
 DT = 0.002
 HEIGHT = 0.3

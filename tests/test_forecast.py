@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.dispatch.forecast import Forecast
+from gaitlab.running.forecast import Forecast
 
 CARPET, GRASS = ("eros", "carpet_4mm", "0"), ("eros", "grass_50mm", "1")
 

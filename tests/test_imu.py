@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.imu import Imu, Readings, attitude
 from gaitlab.kinematics.transforms import roll_pitch_yaw, rotation_of
-from gaitlab.randomness import randomness
+from gaitlab.model.imu import Imu, Readings, attitude
+from gaitlab.model.randomness import randomness
 
 PERFECT = Imu(delay=0.0, rate_noise=0.0, rate_bias=0.0, attitude_noise=0.0, attitude_bias=0.0)
 DT = 0.002  # s

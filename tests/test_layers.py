@@ -11,43 +11,42 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / "gaitlab"
 LEVELS = [
-    "errors outputs printable own_code plugins randomness parameters canonical documents "
-    "kinematics provenance statistics",
-    "motion settings log log_columns sensing body soles limbs commands motions urdf fall surfaces "
-    "servos imu balancing",
-    "gaits robots balance metrics",
-    "trial experiment plan engine store picture shell",
-    "simulate replay export",
-    "run",
-    "executors worker",
-    "dispatch",
-    "search",
+    "errors parameters statistics",
+    "canonical kinematics plugins",
+    "documents log model",
+    "balance metrics motions robots servos surfaces",
+    "gaits trial",
+    "experiment simulation",
+    "plan",
+    "store",
+    "render running",
+    "regression search",
     "report",
-    "regression papers",
+    "papers",
     "cli",
     "__main__",
 ]
 LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names.split()}
 APART = ("gaits", "robots", "balance", "metrics")  # none imports a sibling, but a part of its own
 OWNERS = {
-    "pybullet": {"engine"},
-    "pybullet_utils": {"engine"},
+    "pybullet": {"simulation"},
+    "pybullet_utils": {"simulation"},
     "pyarrow": {"store"},
     "duckdb": {"store"},
     "pydantic": {"documents"},
     "ruamel": {"documents"},
     "optuna": {"search"},
     "cmaes": {"search"},
-    "imageio": {"replay"},
-    "imageio_ffmpeg": {"replay"},
+    "imageio": {"render"},
+    "imageio_ffmpeg": {"render"},
     "markdown_it": {"report"},
-    "mcap": {"export"},
-    "rerun": {"export"},
+    "mcap": {"render"},
+    "rerun": {"render"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "numba": {"surfaces", "servos", "replay", "body"},
-    "matplotlib": {"report", "picture", "replay", "papers"},
-    "PIL": {"replay"},
+    "numba": {"surfaces", "servos", "render", "model"},
+    "matplotlib": {"report", "render", "papers"},
+    "PIL": {"render"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import WrongValue
-from gaitlab.limbs import Limb, Limbed, branches, end_pose
+from gaitlab.model.limbs import Limb, Limbed, branches, end_pose
 from gaitlab.plugins import load_class, names
 
 ROBOTS = {name: load_class("robot", name)() for name in names("robot")}

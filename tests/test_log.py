@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gaitlab.log import LogHeader, TrialLog
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
 from tests.synthetic import DUTY, HEADER, fall, header, mirrored, walk
 
 STEP = HEADER.commanded_speed * HEADER.dt  # m, what the glider covers in a row

@@ -11,7 +11,7 @@ import pytest
 from gaitlab.errors import WrongValue
 from gaitlab.gaits.eros import Gait
 from gaitlab.gaits.stand import Gait as Stand
-from gaitlab.motion import SHAPES, FeetPoses, first_step, require_feet
+from gaitlab.model.gait import SHAPES, FeetPoses, first_step, require_feet
 from gaitlab.plugins import load_class, names
 
 COUNT = 40

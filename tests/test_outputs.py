@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from gaitlab.cli import run_command_line
+from gaitlab.documents.outputs import published, replaced, write_text
 from gaitlab.errors import StoreError, UsageError
-from gaitlab.export import FORMATS, Recorded, write_export
-from gaitlab.export.export import Format
-from gaitlab.outputs import published, replaced, write_text
 from gaitlab.papers.page import Page
+from gaitlab.render.export import FORMATS, Recorded, write_export
+from gaitlab.render.export.export import Format
 from tests.reliability import sweeps
 from tests.walked import commit, record, walked
 

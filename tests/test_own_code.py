@@ -16,7 +16,7 @@ from gaitlab.errors import FileError, WrongValue
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
 from gaitlab.plugins import load_class, user_code
-from gaitlab.run import run_trial
+from gaitlab.running.run_trial import run_trial
 from gaitlab.trial import Trial
 
 HEAD = """\

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 import zipfile
@@ -190,3 +191,15 @@ def test_what_goes_wrong_here_is_the_users_to_mend() -> None:
     with pytest.raises(GaitlabError) as caught:
         locate("robot", "erso")
     assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize("old", plugins.MOVED)
+def test_a_file_that_imports_a_former_name_is_told_the_present_one(
+    tmp_path: Path, old: str
+) -> None:
+    (tmp_path / "ours.py").write_text(f"import {old}\n")
+    with pytest.raises(FileError) as caught:
+        load_class("gait", "./ours.py", tmp_path)
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.message.count(plugins.MOVED[old])) == (1, 1)
+    importlib.import_module(plugins.MOVED[old])

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.picture.figure_style import new_figure, save, style, vector_figures
-from gaitlab.printable import csv_cell, visible
+from gaitlab.documents.printable import csv_cell, visible
+from gaitlab.render.figure_style import new_figure, save, style, vector_figures
 from gaitlab.report.forms.html import html_page
 from gaitlab.report.forms.latex import text as latex
 from gaitlab.report.forms.tables import write_tables

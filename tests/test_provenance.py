@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab import provenance
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
+from gaitlab.running import provenance
 
 LOADED = """
 import json, sys
 from gaitlab.metrics import measure
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.trial import Trial
 for trial in json.load(sys.stdin):
     measure(simulate(Trial.from_dict(trial)))
@@ -50,7 +50,7 @@ def test_every_file_that_a_trial_loads_decides_whether_it_still_counts() -> None
 def test_makers_are_the_code_and_the_data_of_a_trial_and_no_page_or_command() -> None:
     inside = {path.relative_to(provenance.PACKAGE).as_posix() for path in provenance.makers()[0]}
     assert inside >= {
-        "simulate/loop.py", "kinematics/transforms.py", "robots/_flow_links.py", "gaits/eros.py",
+        "simulation/loop.py", "kinematics/transforms.py", "robots/_flow_links.py", "gaits/eros.py",
         "metrics/stable.py", "servos/mx_28.yaml", "surfaces/press.py", "canonical.py",
         "robots/nao_v40_links.csv",
     }  # fmt: skip
@@ -66,7 +66,7 @@ def test_another_byte_of_a_maker_or_another_file_to_name_is_another_code(package
     (package / "gaits" / "mine.py").write_text("HEIGHT = 0.2\n")
     named = provenance.code_digest.__wrapped__(package)
     assert named != before
-    with (package / "simulate" / "loop.py").open("a") as code:
+    with (package / "simulation" / "loop.py").open("a") as code:
         code.write("# another\n")
     assert provenance.code_digest.__wrapped__(package) not in (before, named)
 

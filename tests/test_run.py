@@ -11,10 +11,12 @@ from pathlib import Path
 import pytest
 
 from gaitlab.errors import StoreError
-from gaitlab.executors import Job, Processes, simulated
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
-from gaitlab.run import run_trial
+from gaitlab.running.executor import Job
+from gaitlab.running.processes import Processes
+from gaitlab.running.run_trial import run_trial
+from gaitlab.running.worker import simulated
 from gaitlab.store import Store
 from gaitlab.store.parquet import columns_sha256
 from gaitlab.trial import Trial
@@ -50,7 +52,7 @@ def test_a_trial_is_simulated_measured_and_committed(store: Store) -> None:
 
 @pytest.mark.parametrize("written", [None, b"", b"Features: fp asimd\n", b"model name\t: \xff 9\n"])
 def test_every_processor_has_a_name(tmp_path: Path, monkeypatch, written: bytes | None) -> None:
-    from gaitlab import provenance
+    from gaitlab.running import provenance
 
     file = tmp_path / "cpuinfo"
     if written is not None:

@@ -8,9 +8,9 @@ import pytest
 
 from gaitlab.documents import load
 from gaitlab.errors import FileError, UnknownName
+from gaitlab.model.servo import Servo
 from gaitlab.parameters import parameter_table
 from gaitlab.plugins import locate, names
-from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo
 
 # Stall torque [N m], no-load speed [rev/min], resolution [deg] and mass [g] at 12 V.

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitlab.errors import StoreError, UnknownName
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
 from gaitlab.store import Store
 from gaitlab.store.durable import write_durably
 from gaitlab.store.parquet import columns_sha256, encode

@@ -7,15 +7,15 @@ import pybullet
 import pytest
 from pybullet_utils.bullet_client import BulletClient
 
-from gaitlab.body import LinkPoses
-from gaitlab.body import Robot as AnyRobot
 from gaitlab.kinematics.transforms import rotation_of
+from gaitlab.model import LinkPoses
+from gaitlab.model import Robot as AnyRobot
+from gaitlab.model.soles import SUPPORT_RADIUS
+from gaitlab.model.urdf import box_inertia, urdf
 from gaitlab.parameters import set_path
 from gaitlab.robots.bioloid import Robot as Bioloid
 from gaitlab.robots.eros import Robot
 from gaitlab.robots.nao import Robot as Nao
-from gaitlab.soles import SUPPORT_RADIUS
-from gaitlab.urdf import box_inertia, urdf
 
 POSITION = 1e-6  # m, Bullet's joint angles are exact, its poses nearly so
 ROTATION = 2e-6  # -, of six turns that each leave a unit quaternion by some 1e-7

@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.dispatch.basis import basis
 from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.plan import plan
+from gaitlab.running.basis import basis
 from gaitlab.trial import Trial
 
 WALKERS = """\

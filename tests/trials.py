@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gaitlab.gaits.eros import Gait
+from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.robots.eros import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.settings import EngineSettings, Horizon, Spread
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Names, Trial, plugin
 

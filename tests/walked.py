@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from gaitlab.log import TrialLog
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.store import Store, TrialRecord
 from gaitlab.trial import Trial
 from tests.trials import trial

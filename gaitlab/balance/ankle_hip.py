@@ -32,8 +32,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.imu import Attitude, Imu
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.imu import Attitude, Imu
 from gaitlab.parameters import parameter
 
 _TRIED = "assumption: tried by hand on 30 and 50 mm of grass"

@@ -24,8 +24,8 @@ from gaitlab.cli.printing import say, tell
 from gaitlab.cli.replaying import replay
 from gaitlab.cli.results import QueryCommand, query, report, status
 from gaitlab.cli.running import run
+from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
-from gaitlab.printable import is_utf8
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 READING = ("list", "show", "query", "ik", "fk")

@@ -12,8 +12,8 @@ import typer
 
 from gaitlab.cli.options import DEFAULT_STORE, Force, StoreFolder, completed, written_to
 from gaitlab.cli.printing import say
+from gaitlab.documents.outputs import published, refuse_other
 from gaitlab.errors import UnknownName
-from gaitlab.outputs import published, refuse_other
 
 if TYPE_CHECKING:
     from gaitlab.papers.page import Page

@@ -166,8 +166,8 @@ def show(
 def _kind_of_file(name: str) -> Kind:
     """What a file defines: Python is told by its class, YAML by its keys."""
     from gaitlab.documents import load
+    from gaitlab.model.servo import Servo
     from gaitlab.parameters import parameter_table
-    from gaitlab.servos import Servo
 
     path, text = Path(name), ""
     if path.suffix == ".py":

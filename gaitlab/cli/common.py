@@ -12,7 +12,7 @@ from gaitlab.cli.printing import DAY, duration, plural, size, tell
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from gaitlab.dispatch import Cost, Progress, Summary
+    from gaitlab.running import Cost, Progress, Summary
     from gaitlab.store import Store
 
 MANY_TRIALS = 100_000  # more need --yes
@@ -100,14 +100,14 @@ def arguments_of(
     parts = [experiment, *(["--quick"] if quick else [])]
     parts += [*(part for setting in settings or () for part in ("--set", setting))]
     parts += ["--seeds", str(seeds)] if seeds is not None else []
-    from gaitlab.shell import store_option
+    from gaitlab.experiment.shell import store_option
 
     return shlex.join([*parts, *store_option(store)])
 
 
 def tell_reasons(results: Store, name: str, summary: Summary) -> None:
     """Why trials have no result, each reason once, with a trial to look at."""
-    from gaitlab.shell import store_option
+    from gaitlab.experiment.shell import store_option
 
     if not summary.failed and not summary.infeasible:
         return

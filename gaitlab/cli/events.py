@@ -25,7 +25,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 
 from gaitlab.cli.printing import MINUTE
-from gaitlab.dispatch import Ended, Silent, Summary
+from gaitlab.running import Ended, Silent, Summary
 
 COUNTS = (
     *("planned", "cached", "done", "infeasible", "failed", "newly_failed"),

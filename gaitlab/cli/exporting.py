@@ -13,7 +13,7 @@ from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, wr
 from gaitlab.cli.printing import other_output_on_stderr, say, size, tell
 
 if TYPE_CHECKING:
-    from gaitlab.export import Format
+    from gaitlab.render.export import Format
 
 
 class FormatName(str, Enum):
@@ -52,8 +52,8 @@ def export(
     Example:
       gaitlab export eros_quick/grass_50mm/worst --to mcap
     """
-    from gaitlab.export import Recorded, write_export
-    from gaitlab.export.export import require_library
+    from gaitlab.render.export import Recorded, write_export
+    from gaitlab.render.export.export import require_library
     from gaitlab.store import Store
 
     wanted: Format = form.value

@@ -139,8 +139,8 @@ def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) 
         _Stopped: If somebody stopped it.
     """
     from gaitlab.cli.progress import progress
-    from gaitlab.dispatch import dispatch
     from gaitlab.regression import compared, discard_stale, finished, record, undecided
+    from gaitlab.running import dispatch
 
     with other_output_on_stderr():
         stale = discard_stale(wanted, results)
@@ -183,7 +183,7 @@ def _refuse_worse(found: Baseline, output: Path) -> None:
 
 
 def _tell_of_other_code(found: Baseline) -> None:
-    from gaitlab.provenance import code_digest
+    from gaitlab.running.provenance import code_digest
 
     codes = found.provenance.get("code", ())
     if codes != (code_digest(),):

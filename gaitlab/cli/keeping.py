@@ -12,7 +12,7 @@ from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
 from gaitlab.cli.printing import say, tell
 
 if TYPE_CHECKING:
-    from gaitlab.dispatch.verify import Verdict
+    from gaitlab.running.verify import Verdict
     from gaitlab.store import Store
 
 NEEDS_ATTENTION = 4  # exit code: what is right is kept, something else was found
@@ -65,7 +65,7 @@ def verify(
     Example:
       gaitlab verify --sample 10
     """
-    from gaitlab.dispatch.verify import verify as verify_store
+    from gaitlab.running.verify import verify as verify_store
     from gaitlab.store import Store
 
     results = Store(store)

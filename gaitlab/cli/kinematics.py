@@ -17,7 +17,7 @@ from gaitlab.errors import UnknownName, UsageError, WrongValue
 if TYPE_CHECKING:
     import numpy as np
 
-    from gaitlab.limbs import Branch, Limb
+    from gaitlab.model.limbs import Branch, Limb
 
 LIMBS = ("left_leg", "right_leg", "left_arm", "right_arm", "head")
 NUMBERS = {"ignore_unknown_options": True}  # else -0.2 would be an option
@@ -68,7 +68,7 @@ def ik(
     Example:
       gaitlab ik eros left_leg --target 0.02 0.05 -0.25 --json
     """
-    from gaitlab.limbs import branches
+    from gaitlab.model.limbs import branches
 
     chain = _limb(robot, limb, settings or ())
     found = branches(chain, _numbers("--target", target, more), heading)
@@ -97,7 +97,7 @@ def fk(
     Example:
       gaitlab fk eros left_leg --joints 0 0 -0.4 0.8 -0.4 0 --json
     """
-    from gaitlab.limbs import end_pose
+    from gaitlab.model.limbs import end_pose
 
     chain = _limb(robot, limb, settings or ())
     angles = _numbers("--joints", joints, more)
@@ -114,7 +114,7 @@ def _limb(robot: str, name: str, settings: Sequence[str]) -> Limb:
         UnknownName: If there is no such robot or limb.
         FileError: If a setting is wrong.
     """
-    from gaitlab.limbs import Limbed
+    from gaitlab.model.limbs import Limbed
     from gaitlab.plugins import label, suggestion
 
     owner = _robot(robot, settings)

@@ -244,8 +244,8 @@ class _Search:
 
 def _export(history: History, export: Path, settings: Sequence[str], store: Store) -> None:
     """Write the winner; of a front, the one in its middle."""
+    from gaitlab.experiment.shell import store_option
     from gaitlab.search.winner import export_winner
-    from gaitlab.shell import store_option
 
     winner = history.representative
     if winner is None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from gaitlab.outputs import file_to_write
-from gaitlab.printable import is_utf8
+from gaitlab.documents.outputs import file_to_write
+from gaitlab.documents.printable import is_utf8
 
 if TYPE_CHECKING:
     from gaitlab.plugins import Kind

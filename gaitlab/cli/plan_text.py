@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from gaitlab.cli.printing import columns, duration, number, plural, size
 
 if TYPE_CHECKING:
-    from gaitlab.dispatch import Cost, Outlook, Standing
+    from gaitlab.running import Cost, Outlook, Standing
 
 LONGEST_TABLE = 30  # cells of a plan that are listed; more are summed up
 SHOWN_VALUES = 12  # of a path in such a sum

@@ -11,7 +11,7 @@ from itertools import zip_longest
 from shutil import get_terminal_size
 from typing import TextIO
 
-from gaitlab.printable import visible
+from gaitlab.documents.printable import visible
 
 NARROWEST = 22  # characters of a text in a column of its own
 SIX_DIGITS, LONGEST_WHOLE = 1e6, 1e15  # floats between are written out, not as powers of ten

@@ -13,8 +13,8 @@ from rich.text import Text
 
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.cli.terminal import moving_terminal
-from gaitlab.dispatch import Ended, Progress, Silent, Started, Summary
-from gaitlab.printable import visible
+from gaitlab.documents.printable import visible
+from gaitlab.running import Ended, Progress, Silent, Started, Summary
 
 WIDEST = 100  # characters; a longer bar says nothing more
 FRAMES_A_SECOND = 4

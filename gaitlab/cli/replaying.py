@@ -16,7 +16,7 @@ from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from gaitlab.replay import Cut, Recorded
+    from gaitlab.render import Cut, Recorded
     from gaitlab.store import Store
 
 MOST_PANELS = 24
@@ -98,8 +98,8 @@ def replay(
       gaitlab replay eros_quick/grass_50mm/worst --output fall.mp4
       gaitlab replay 4f7667a9 07175312 --view side --from 1 --to 3 --speed 0.25
     """
-    from gaitlab.replay import cut_of, play, write_replay
-    from gaitlab.replay.replay import checked_kind
+    from gaitlab.render import cut_of, play, write_replay
+    from gaitlab.render.replay import checked_kind
     from gaitlab.store import Store
 
     results = Store(store)
@@ -139,7 +139,7 @@ def _announce(path: Path, cut: Cut) -> None:
 
 
 def _recorded(results: Store, name: str, allow_code: bool) -> Recorded:
-    from gaitlab.replay import Recorded
+    from gaitlab.render import Recorded
 
     trial = trial_of(results, results.record(name), allow_code=allow_code)
     return Recorded(name, trial, results.log(name))

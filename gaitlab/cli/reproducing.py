@@ -17,11 +17,11 @@ from gaitlab.cli.common import (
 from gaitlab.cli.events import end_line, summary_object
 from gaitlab.cli.plan_text import plan_object
 from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
-from gaitlab.dispatch import Cost, Outlook, Summary, cost, dispatch, outlook, total
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.papers.reproduction import Reproduction
 from gaitlab.plan import plan
+from gaitlab.running import Cost, Outlook, Summary, cost, dispatch, outlook, total
 from gaitlab.store import Store
 
 COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a summary

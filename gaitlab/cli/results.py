@@ -35,8 +35,8 @@ from gaitlab.cli.printing import (
     size,
     tell,
 )
+from gaitlab.documents.printable import csv_cell
 from gaitlab.errors import UnknownName, UsageError
-from gaitlab.printable import csv_cell
 
 if TYPE_CHECKING:
     from gaitlab.store import Store, TrialList

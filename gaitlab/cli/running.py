@@ -36,7 +36,7 @@ from gaitlab.cli.printing import (
 )
 
 if TYPE_CHECKING:
-    from gaitlab.dispatch import Summary
+    from gaitlab.running import Summary
 
 
 def run(
@@ -72,9 +72,9 @@ def run(
     Example:
       gaitlab run eros_quick -j 2 --set gait.step_height=0.02
     """
-    from gaitlab.dispatch import cost, dispatch, outlook
     from gaitlab.experiment import is_reproduction, load_experiment, refuse_study
     from gaitlab.plan import plan
+    from gaitlab.running import cost, dispatch, outlook
     from gaitlab.store import Store
 
     results, workers = Store(store), worker_count(jobs)

@@ -13,8 +13,8 @@ from rich.text import Text
 
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.cli.terminal import moving_terminal
+from gaitlab.documents.printable import visible
 from gaitlab.metrics import unit_of
-from gaitlab.printable import visible
 from gaitlab.search import Candidate, History
 from gaitlab.search.search import SearchCallback, SearchStatus
 

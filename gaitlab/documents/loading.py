@@ -24,8 +24,8 @@ from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.representer import SafeRepresenter
 
 from gaitlab.documents.nodes import LONGEST_NUMBER, MINUSES, Node, Scalar, instead
+from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, Problem
-from gaitlab.printable import is_utf8
 
 # What is refused within a second, for ruamel.yaml reads some 10^4 values or 10^5 characters in one.
 LARGEST_FILE = 2**18  # bytes; twenty times the largest file that is shipped

@@ -7,8 +7,6 @@ from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitlab.body.clearance import require_own_space
-from gaitlab.commands import require_playable
 from gaitlab.documents import Node, build, check, checked, collected
 from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
 from gaitlab.experiment.parts import (
@@ -22,6 +20,9 @@ from gaitlab.experiment.parts import (
 )
 from gaitlab.experiment.schema import Sections
 from gaitlab.metrics import take_in
+from gaitlab.model.clearance import require_own_space
+from gaitlab.model.commands import require_playable
+from gaitlab.model.servo import Servo
 from gaitlab.parameters import parameter_table
 from gaitlab.plugins import (
     CodeKind,
@@ -32,7 +33,6 @@ from gaitlab.plugins import (
     names,
     suggestion,
 )
-from gaitlab.servos import Servo
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Plugin, plugin

@@ -12,18 +12,18 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from gaitlab.balancing import Balance, require_joints
-from gaitlab.body import Robot
-from gaitlab.commands import joint_commands, require_playable
 from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
-from gaitlab.imu import Attitude
-from gaitlab.motion import Gait, require_walk
+from gaitlab.model import Robot
+from gaitlab.model.balance import Balance, require_joints
+from gaitlab.model.commands import joint_commands, require_playable
+from gaitlab.model.gait import Gait, require_walk
+from gaitlab.model.imu import Attitude
+from gaitlab.model.servo import Servo
+from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.parameters import Parameter, get_path, parameter_table
 from gaitlab.plugins import is_file_name, label, locate, names, nearest, suggestion
-from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo
-from gaitlab.settings import EngineSettings, Horizon, Spread
 from gaitlab.surfaces import Surface
 from gaitlab.trial import Plugin
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from gaitlab.documents import Node
+from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.parameters import parameter
-from gaitlab.settings import EngineSettings, Horizon, Spread
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,7 +25,6 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, Literal, TypeVar, cast, get_args, get_type_hints
 
-from gaitlab.body import gantry_of
 from gaitlab.documents import (
     Node,
     Reader,
@@ -51,6 +50,7 @@ from gaitlab.experiment.study import (
     Study,
 )
 from gaitlab.metrics import REQUISITES, metric, names, needs, unit_of
+from gaitlab.model import gantry_of
 from gaitlab.parameters import Parameter
 from gaitlab.plugins import label, suggestion
 

@@ -28,7 +28,7 @@ from gaitlab.kinematics.planar_leg import (
     leg_angles,
     sole_points,
 )
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 SIDES = ("left", "right")

@@ -29,7 +29,7 @@ import numpy as np
 from gaitlab.errors import WrongValue
 from gaitlab.kinematics.belt_leg import StrideAngles, ankle_position, stride_angles
 from gaitlab.kinematics.blend import Motion, blended_path
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 LEFT, RIGHT = 0, 1

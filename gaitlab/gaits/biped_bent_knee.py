@@ -18,7 +18,7 @@ from math import pi
 
 import numpy as np
 
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 ROUNDING = 1e-9  # of a stride

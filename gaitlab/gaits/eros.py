@@ -25,7 +25,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 QUARTER = pi / 2.0

@@ -19,7 +19,7 @@ from math import pi
 
 import numpy as np
 
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 RAMP = 1.0  # cycles in which sway and lift grow in place, then the steps

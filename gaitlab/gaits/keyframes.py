@@ -12,13 +12,13 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitlab.body import Robot
 from gaitlab.errors import WrongValue
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Robot
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.servo import Servo
 from gaitlab.motions import Motion, Track, load_motion, require_playable
 from gaitlab.motions.fitting import feet_poses
 from gaitlab.parameters import parameter
-from gaitlab.servos import Servo
 
 ROUNDING = 1e-9  # share of a control period
 

@@ -29,7 +29,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 BEFORE_ONE = float(np.nextafter(1.0, 0.0))

@@ -13,8 +13,8 @@ import numpy as np
 
 from gaitlab.errors import WrongValue
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.motion import FeetPoses
-from gaitlab.motion import Gait as Walk
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.gait import Gait as Walk
 from gaitlab.parameters import parameter
 
 LEVEL = 1e-9  # m and rad; a pose that is farther from standing on both soles is none of these

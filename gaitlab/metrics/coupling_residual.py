@@ -6,8 +6,8 @@ from math import nan
 
 import numpy as np
 
-from gaitlab.body import GANTRY_PITCH
 from gaitlab.log import TrialLog
+from gaitlab.model import GANTRY_PITCH
 
 UNIT = "rad"
 NEEDS = ("couplings",)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gaitlab.fall import CAUSES
 from gaitlab.log import TrialLog
+from gaitlab.log.fall import CAUSES
 
 UNIT = "-"
 
@@ -11,6 +11,6 @@ UNIT = "-"
 def fall_cause(log: TrialLog) -> str | None:
     """`tilt`, `body_contact` or `low_trunk`: the part of the fall rule that came true first.
 
-    The rule is that of `gaitlab.fall`. None without a fall.
+    The rule is that of `gaitlab.log.fall`. None without a fall.
     """
     return None if log.fall_index is None else CAUSES[int(log["fall_cause"][log.fall_index])]

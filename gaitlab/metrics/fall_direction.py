@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitlab.fall import UPRIGHT_LIMIT
 from gaitlab.log import TrialLog
+from gaitlab.log.fall import UPRIGHT_LIMIT
 
 UNIT = "-"
 

@@ -6,7 +6,7 @@ from math import nan
 
 from gaitlab.kinematics.fsr import crossings
 from gaitlab.log import TrialLog
-from gaitlab.sensing import exchanges, load_index_signal
+from gaitlab.log.sensing import exchanges, load_index_signal
 
 UNIT = "-"
 NEEDS = ("cycle",)

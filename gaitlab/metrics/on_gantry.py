@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gaitlab.body import GANTRY_PITCH
 from gaitlab.log import TrialLog
+from gaitlab.model import GANTRY_PITCH
 
 UNIT = "-"
 

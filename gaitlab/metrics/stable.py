@@ -16,7 +16,7 @@ BETTER = "higher"
 def stable(log: TrialLog) -> bool:
     """Whether the robot did not fall within the horizon, the literal score of [EROS2018].
 
-    The rule is that of `gaitlab.fall`. A robot that marks time counts as stable, see
+    The rule is that of `gaitlab.log.fall`. A robot that marks time counts as stable, see
     `stable_strict`.
     """
     return log.fall_index is None

@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 
 from gaitlab.log import TrialLog
-from gaitlab.log_columns import FEET, FSRS
+from gaitlab.log.columns import FEET, FSRS
 
 UNIT = "-"
 BETTER = "lower"

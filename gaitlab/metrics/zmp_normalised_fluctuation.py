@@ -6,7 +6,7 @@ from math import nan
 
 from gaitlab.kinematics.fsr import fluctuation
 from gaitlab.log import TrialLog
-from gaitlab.sensing import exchanges, normalised_zmp_signal
+from gaitlab.log.sensing import exchanges, normalised_zmp_signal
 
 UNIT = "-"
 NEEDS = ("force sensors", "cycle")

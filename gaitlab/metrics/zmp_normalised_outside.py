@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 
 from gaitlab.log import TrialLog
-from gaitlab.sensing import normalised_zmp_signal
+from gaitlab.log.sensing import normalised_zmp_signal
 
 UNIT = "-"
 NEEDS = ("force sensors",)

@@ -10,16 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitlab.body import Joint, Robot
-from gaitlab.commands import joint_commands
 from gaitlab.errors import FileError, Infeasible, Problem
 from gaitlab.kinematics.polygon import support_margin
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Joint, Robot
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.servo import Servo
 from gaitlab.motions.motion import Keyframe, Motion
 from gaitlab.motions.track import Pose, Track
 from gaitlab.plugins import suggestion
-from gaitlab.servos.servo import Servo
 
 SPEED_SHARE = 0.8  # -, of the no-load speed; beyond it a loaded servo lags visibly
 SAFE_MARGIN = 0.005  # m, CoM inside the soles' edge; less and the sway of a servo tips it over

@@ -25,8 +25,8 @@ from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of,
 from gaitlab.papers.strides import Postures, joint_figure, stick_figure
 from gaitlab.papers.walks import not_simulated, share_text, spread_text, trials
 from gaitlab.parameters import Parameter, parameters
-from gaitlab.picture.figure_style import save
 from gaitlab.plan import plan
+from gaitlab.render.figure_style import save
 from gaitlab.robots.biped import Robot
 
 STRAIGHT, BENT, GANTRY = "biped_straight", "biped_bent_knee", "biped_gantry"

@@ -16,6 +16,7 @@ from gaitlab.gaits.flow import Gait
 from gaitlab.kinematics.dh import dh_transform
 from gaitlab.kinematics.parallelogram import dh_sole_pose, serial_joints, sole_pose
 from gaitlab.log import TrialLog
+from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.papers import flow_effects
 from gaitlab.papers.as_printed import printed_tip_error
 from gaitlab.papers.flow_effects import STANDING
@@ -23,8 +24,7 @@ from gaitlab.papers.page import Comparison, Page, Row, Table, assumptions_of, er
 from gaitlab.papers.printed import rows as rows_of
 from gaitlab.robots.flow import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.settings import EngineSettings, Horizon, Spread
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Names, Trial, plugin
 

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.body import Robot as AnyRobot
 from gaitlab.gaits.nao import Gait
 from gaitlab.kinematics.fsr import foot_zmp, sensor_loads
 from gaitlab.kinematics.slanted_leg import geometric_angles
 from gaitlab.log import GRAVITY
-from gaitlab.motion import Gait as AnyGait
+from gaitlab.model import Robot as AnyRobot
+from gaitlab.model.gait import Gait as AnyGait
 from gaitlab.papers import nao_effects
 from gaitlab.papers.nao_charts import pictures
 from gaitlab.papers.nao_effects import fifteen, final, final_gait, paper_leg, straight

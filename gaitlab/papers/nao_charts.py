@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.log import TrialLog
+from gaitlab.log.sensing import READING, load_index_signal, normalised_zmp_signal
 from gaitlab.papers.nao_sweeps import Setting, Sweep, settings, sweeps
 from gaitlab.papers.page import Picture
-from gaitlab.picture.figure_style import BLUE, FAINT, VERMILLION, new_figure, save, style
-from gaitlab.sensing import READING, load_index_signal, normalised_zmp_signal
+from gaitlab.render.figure_style import BLUE, FAINT, VERMILLION, new_figure, save, style
 from gaitlab.store import Store
 
 SHOWN_SEED, SHOWN_CYCLES = 0, 2  # of which the charts are drawn

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitlab.picture.figure_style import BLUE, CYCLE, FAINT, INK, ORANGE, new_figure, style
+from gaitlab.render.figure_style import BLUE, CYCLE, FAINT, INK, ORANGE, new_figure, style
 
 
 class Postures(NamedTuple):

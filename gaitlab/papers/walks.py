@@ -15,8 +15,8 @@ import pandas as pd
 
 from gaitlab.errors import StoreError, UnknownName, UsageError
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.shell import store_option
 from gaitlab.report.gather import gather
-from gaitlab.shell import store_option
 from gaitlab.statistics import wilson
 from gaitlab.store import Store
 

@@ -11,8 +11,8 @@ from functools import cached_property
 from pathlib import Path
 
 from gaitlab.canonical import canonical_json
+from gaitlab.documents.outputs import write_text
 from gaitlab.errors import Undecided
-from gaitlab.outputs import write_text
 from gaitlab.store import Scalar
 
 FORMAT = 1  # of the file; raise it when an older gaitlab would misread a newer file

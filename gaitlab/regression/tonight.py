@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from gaitlab.dispatch.basis import basis
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
+from gaitlab.experiment.shell import command
 from gaitlab.metrics import metric
 from gaitlab.plan import plan
-from gaitlab.provenance import code_digest
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
-from gaitlab.shell import command
+from gaitlab.running.basis import basis
+from gaitlab.running.provenance import code_digest
 from gaitlab.store import Index, Listed, Scalar, Store, listed
 from gaitlab.store.entry import Details
 from gaitlab.store.record import finite

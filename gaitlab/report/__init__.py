@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from gaitlab.documents.outputs import published
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
-from gaitlab.outputs import published
-from gaitlab.picture.figure_style import vector_figures
+from gaitlab.render.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.page import write_page

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.log import LogHeader, TrialLog
-from gaitlab.log_columns import FEET, columns
+from gaitlab.log.columns import FEET, columns
 from gaitlab.metrics.peak_plough_force import peak_plough_force
 from gaitlab.metrics.pitch_amplitude import pitch_amplitude
 from gaitlab.metrics.roll_amplitude import roll_amplitude

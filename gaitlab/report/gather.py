@@ -12,11 +12,11 @@ from gaitlab.canonical import values
 from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
 from gaitlab.experiment.reference import ReferenceTable, load_reference
+from gaitlab.experiment.shell import command
 from gaitlab.plan import plan
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
 from gaitlab.report.words import plural
-from gaitlab.shell import command
 from gaitlab.store import Store
 from gaitlab.trial import CODED, Plugin, Trial
 

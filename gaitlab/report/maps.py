@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gaitlab.picture.figure_style import save
+from gaitlab.render.figure_style import save
 from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.figures.share_map import Grid, Square, share_map
 from gaitlab.report.markdown import escape, image, section

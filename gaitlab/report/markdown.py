@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from gaitlab.printable import visible
+from gaitlab.documents.printable import visible
 
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|~$!&])")
 

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.log import TrialLog
-from gaitlab.picture.figure_style import save
-from gaitlab.picture.portrait import filmstrip
+from gaitlab.render.figure_style import save
+from gaitlab.render.portrait import filmstrip
 from gaitlab.report.falls import fallen
 from gaitlab.report.figures.balance import OUTSIDE, Column, balance_figure
 from gaitlab.report.figures.foot_paths import CYCLES, foot_figure

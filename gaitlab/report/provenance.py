@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitlab.body import gantry_of
 from gaitlab.documents import Node, load, parse
 from gaitlab.errors import GaitlabError
 from gaitlab.experiment import Experiment
+from gaitlab.model import gantry_of
 from gaitlab.parameters import Parameter, get_path, parameters
 from gaitlab.plugins import label, locate
 from gaitlab.report.markdown import code, details, escape, table

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from gaitlab.balancing import Balance
 from gaitlab.experiment import Experiment
+from gaitlab.experiment.shell import command, store_option
+from gaitlab.model.balance import Balance
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
 from gaitlab.report.page import Sources
@@ -22,7 +23,6 @@ from gaitlab.report.provenance import (
 )
 from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
-from gaitlab.shell import command, store_option
 from gaitlab.store import Store
 from gaitlab.surfaces import Surface
 from gaitlab.trial import PHYSICS_VERSION, Trial

@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from gaitlab.body import Box, Link, Part, limb
 from gaitlab.kinematics.bioloid_geometry import BioloidLeg, UpperBody
+from gaitlab.model import Box, Link, Part, limb
+from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
-from gaitlab.soles import Sole
 
 Side = Literal["left", "right"]
 Axis = Literal["x", "y", "z"]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from math import radians
 from typing import Literal
 
-from gaitlab.body import Axis, Box, Link, Part, limb
 from gaitlab.kinematics.flow_geometry import FlowArm, FlowLeg, FlowTorso
-from gaitlab.soles import Sole
+from gaitlab.model import Axis, Box, Link, Part, limb
+from gaitlab.model.soles import Sole
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")

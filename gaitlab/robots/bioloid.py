@@ -19,17 +19,17 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import ROUNDING, Tree, both_legs, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.bioloid_geometry import TALL, BioloidLeg, UpperBody, metres
 from gaitlab.kinematics.dynamixel import servo_counts
 from gaitlab.kinematics.five_joint_leg import FiveJointLeg
 from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
-from gaitlab.limbs import Limb, head_limb, planar_leg_limb
-from gaitlab.motion import FeetPoses
+from gaitlab.model import ROUNDING, Tree, both_legs, require_limits
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.limbs import Limb, head_limb, planar_leg_limb
+from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
 from gaitlab.robots._bioloid_links import SIDES, Masses, Side, Skeleton
-from gaitlab.soles import Sole
 
 # Joints whose right servo is turned over.
 MIRRORED = ("hip_pitch", "knee", "ankle_pitch", "shoulder_pitch", "elbow")

@@ -20,13 +20,13 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Box, Coupling, Gantry, Joint, Link, Tree, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles, within_reach
-from gaitlab.limbs import Limb
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Box, Coupling, Gantry, Joint, Link, Tree, require_limits
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.limbs import Limb
+from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
-from gaitlab.soles import Sole
 
 SIDES = ("left", "right")
 TRUNK_MASS = 8.0  # kg; with the legs 12 kg, an assumption as all masses

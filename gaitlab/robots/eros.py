@@ -18,16 +18,16 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Box, Link, Part, Tree, both_legs, limb, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.arm import ArmGeometry
 from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
 from gaitlab.kinematics.leg import Leg, LegGeometry
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.limbs import Limb, head_limb, leg_limb, short_arm_limb
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Box, Link, Part, Tree, both_legs, limb, require_limits
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.limbs import Limb, head_limb, leg_limb, short_arm_limb
+from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
-from gaitlab.soles import Sole
 
 Side = Literal["left", "right"]
 Axis = Literal["x", "y", "z"]

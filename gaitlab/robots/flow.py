@@ -24,17 +24,17 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Coupling, Tree, both_legs, require_limits
 from gaitlab.kinematics.dh_arm import DhArm
 from gaitlab.kinematics.dh_head import DhHead
 from gaitlab.kinematics.flow_geometry import FlowArm, FlowLeg, FlowTorso, metres
 from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.parallelogram import parallelogram_joints, plate_joints
-from gaitlab.limbs import Limb, arm_limb, head_limb, leg_limb
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Coupling, Tree, both_legs, require_limits
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.limbs import Limb, arm_limb, head_limb, leg_limb
+from gaitlab.model.soles import Sole, require_parallel
 from gaitlab.parameters import parameter
 from gaitlab.robots._flow_links import HIP_PITCH, SHANK, SIDES, Side, Skeleton
-from gaitlab.soles import Sole, require_parallel
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,15 +23,15 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.body import Axis, Box, Joint, Link, Tree, both_legs, require_limits
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.slanted_leg import SlantedLeg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.limbs import Limb
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Axis, Box, Joint, Link, Tree, both_legs, require_limits
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.limbs import Limb
+from gaitlab.model.soles import Sole
+from gaitlab.model.urdf import box_of_inertia
 from gaitlab.parameters import parameter
-from gaitlab.soles import Sole
-from gaitlab.urdf import box_of_inertia
 
 Side = Literal["left", "right"]
 Vector = tuple[float, float, float]

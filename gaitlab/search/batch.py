@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from math import fsum
 
-from gaitlab.dispatch.sweep import TIMEOUT, TIMEOUT_RATIO, settle
 from gaitlab.errors import WrongValue
-from gaitlab.executors import Executor, Job
-from gaitlab.executors import Outcome as Ended
 from gaitlab.experiment import Experiment, Value, candidate, study_of
 from gaitlab.experiment.study import Study
 from gaitlab.plan import PlannedTrial, duration, plan
+from gaitlab.running.executor import Executor, Job
+from gaitlab.running.executor import Outcome as Ended
+from gaitlab.running.sweep import TIMEOUT, TIMEOUT_RATIO, settle
 from gaitlab.search.candidates import Candidate, CandidateState, costs
 from gaitlab.search.database import Pending
 from gaitlab.search.objectives import (

@@ -23,6 +23,7 @@ from optuna.trial import FrozenTrial, TrialState, create_trial
 from gaitlab.canonical import canonical_json
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment, Value, study_of
+from gaitlab.experiment.shell import command
 from gaitlab.experiment.study import Aggregate, Choices, Constraint, Numbers, Objective, Study
 from gaitlab.search import heartbeat
 from gaitlab.search.candidates import Candidate, CandidateState, History
@@ -31,7 +32,6 @@ from gaitlab.search.objectives import violation_names
 from gaitlab.search.sampling import Observation, Proposal, quiet
 from gaitlab.search.space import distributions, in_order, key
 from gaitlab.search.storage import Opened, database_file, shown, storage_at, understood
-from gaitlab.shell import command
 from gaitlab.store import Store
 
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)

@@ -16,11 +16,14 @@ from functools import partial
 from signal import SIGINT
 from typing import Literal, TypeAlias
 
-from gaitlab.dispatch.basis import basis
-from gaitlab.dispatch.signals import stoppable
-from gaitlab.executors import Executor, Processes, Serial, simulated
 from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
+from gaitlab.running.basis import basis
+from gaitlab.running.executor import Executor
+from gaitlab.running.processes import Processes
+from gaitlab.running.serial import Serial
+from gaitlab.running.signals import stoppable
+from gaitlab.running.worker import simulated
 from gaitlab.search import heartbeat
 from gaitlab.search.batch import Race, Stopped, TrialRunner
 from gaitlab.search.candidates import Candidate, History

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gaitlab.dispatch import Progress, dispatch
-from gaitlab.dispatch.outlook import WALL_RATIO
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.study import Numbers
 from gaitlab.plan import plan
+from gaitlab.running import Progress, dispatch
+from gaitlab.running.outlook import WALL_RATIO
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.fresh import (
     DEFAULT,

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.documents import Node, dump, plain
+from gaitlab.documents.outputs import write_text
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment, Value, load_experiment
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.metrics import unit_of
-from gaitlab.outputs import write_text
 from gaitlab.plugins import is_file_name
-from gaitlab.provenance import provenance
+from gaitlab.running.provenance import provenance
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.final import final_seeds
 from gaitlab.search.fresh import fresh_seeds

@@ -9,8 +9,8 @@ from math import ceil
 
 import numpy as np
 
+from gaitlab.model.servo import Servo
 from gaitlab.servos.law import drive, feedback, lags, servo_row
-from gaitlab.servos.servo import Servo
 
 LONGEST = 0.002  # s, of a step of the engine
 LATEST = 0.02  # s, a fiftieth of a gait's period; EROS' ankles are within it in steps of 2 ms

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitlab.errors import WrongValue
 from gaitlab.kinematics.dynamixel import servo_counts
-from gaitlab.limbs import Limb
+from gaitlab.model.limbs import Limb
 
 MX_TURN = 4096  # counts a turn, [ROBOTIS-eManual]
 MX_CENTRE = 2048  # counts, [ROBOTIS-eManual]

@@ -6,8 +6,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from gaitlab.documents import build, load
+from gaitlab.model.servo import Servo
 from gaitlab.plugins import locate
-from gaitlab.servos.servo import Servo
 
 
 def load_servo(name: str, relative_to: Path | None = None) -> Servo:

@@ -42,7 +42,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from gaitlab.servos.servo import Servo
+from gaitlab.model.servo import Servo
 
 # The largest theta is LEAD[0] + LEAD[1] / r: up to 0.02 below that at which some load swings up,
 # found numerically from the roots of the joint's characteristic polynomial.

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
 
+from gaitlab.documents.outputs import sync
 from gaitlab.errors import StoreError
-from gaitlab.outputs import sync
 
 PARTIAL = ".tmp"  # ending of a file that is still being written
 LARGEST = 1 << 30  # byte of a file that is read at once

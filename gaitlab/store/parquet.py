@@ -22,7 +22,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from gaitlab.log import LogHeader, TrialLog
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
 from gaitlab.store.durable import hindrance, open_to_read, starved, unreachable
 from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 

@@ -235,7 +235,7 @@ class Store(TrialFiles):
         if name in lists.damaged:
             raise lists.damaged[name]
         if name not in lists.sound:
-            from gaitlab.shell import store_option
+            from gaitlab.experiment.shell import store_option
 
             known = ", ".join(lists.sound) or "none"
             command = shlex.join(["gaitlab", "run", name, *store_option(self.path)])

@@ -21,7 +21,7 @@ from gaitlab.store.record import TrialRecord
 
 def redo(store: Path) -> str:
     """What to do about a damaged trial."""
-    from gaitlab.shell import store_option  # knows experiments, which no worker needs
+    from gaitlab.experiment.shell import store_option  # knows experiments, which no worker needs
 
     command = shlex.join(["gaitlab", "verify", "--repair", *store_option(store)])
     return f"`{command}` sets it aside, then `gaitlab run` of its experiment does this trial again."

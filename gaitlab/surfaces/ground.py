@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.soles import SUPPORT_RADIUS, Sole
+from gaitlab.model.soles import SUPPORT_RADIUS, Sole
 from gaitlab.surfaces.surface import FibreMat, TuftedPile
 
 CELLS = 128  # cells along each side before the irregularity repeats

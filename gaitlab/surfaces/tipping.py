@@ -22,7 +22,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gaitlab.soles import Sole
+from gaitlab.model.soles import Sole
 from gaitlab.surfaces.surface import FibreMat, RigidFloor, SoftLayer, Surface, TuftedPile
 
 Support = Literal["flat", "studs", "uniform"]

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.balance.ankle_hip import JOINTS, Balance, stance_weights
-from gaitlab.balancing import require_joints
 from gaitlab.errors import WrongValue
-from gaitlab.imu import Attitude
-from gaitlab.motion import FeetPoses
+from gaitlab.model.balance import require_joints
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.imu import Attitude
 from gaitlab.plugins import load_class
 
 DT = 0.002  # s

@@ -17,11 +17,11 @@ import numpy as np
 
 from gaitlab.experiment import is_reproduction, load_experiment
 from gaitlab.log import TrialLog
-from gaitlab.motion import FeetPoses, Gait, first_step
+from gaitlab.model.gait import FeetPoses, Gait, first_step
+from gaitlab.model.settings import Horizon
 from gaitlab.plan import plan
 from gaitlab.plugins import names
-from gaitlab.settings import Horizon
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.trial import PHYSICS_VERSION, Trial
 
 FILE = Path(__file__).with_name("golden_logs.json")

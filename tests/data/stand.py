@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 LEAN = 0.0  # m; the feet move so far behind the trunk

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from gaitlab.errors import StoreError, UsageError
-from gaitlab.export import FORMATS, Recorded, write_export
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
+from gaitlab.render.export import FORMATS, Recorded, write_export
 from gaitlab.store import Store
 from tests.walked import commit, record, walked
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gaitlab.cli import run_command_line
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
 from tests.test_docs import ROOT, commands
 
 PAGE = ROOT / "docs" / "export.md"

@@ -4,10 +4,10 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from gaitlab.commands import joint_commands
 from gaitlab.errors import Infeasible
 from gaitlab.gaits.bioloid import JOINTS, SIDES, Gait
-from gaitlab.motion import Gait as GaitProtocol
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.gait import Gait as GaitProtocol
 from gaitlab.parameters import parameters
 from gaitlab.robots.bioloid import Robot
 

@@ -16,7 +16,7 @@ from gaitlab.errors import WrongValue
 from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position, stride_angles
-from gaitlab.motion import Gait as GaitProtocol
+from gaitlab.model.gait import Gait as GaitProtocol
 from gaitlab.parameters import parameters
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "biped.json").read_text())

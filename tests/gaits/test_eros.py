@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitlab.gaits.eros import Gait, deceleration_increments, heel_pitch
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import get_path, parameters
 from gaitlab.robots.eros import Robot
 

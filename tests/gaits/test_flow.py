@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitlab.gaits.flow import Gait
-from gaitlab.motion import Gait as GaitProtocol
+from gaitlab.model.gait import Gait as GaitProtocol
 from gaitlab.parameters import parameters
 from gaitlab.robots.flow import Robot
 

@@ -7,7 +7,7 @@ import pytest
 
 from gaitlab.gaits.nao import Gait, lateral_profile
 from gaitlab.kinematics.slanted_leg import geometric_angles
-from gaitlab.motion import FeetPoses
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import get_path, parameters
 from gaitlab.robots.nao import Robot
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitlab.commands import joint_commands
 from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.gaits.eros import Gait as Walk
 from gaitlab.gaits.stand import Gait
-from gaitlab.motion import SHAPES, first_step
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.gait import SHAPES, first_step
 from gaitlab.plan import plan
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.trial import Trial
 from tests.trials import trial
 

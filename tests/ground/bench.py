@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pybullet
 
-from gaitlab.body import Box, Joint, Link, Tree, standing
-from gaitlab.engine import Engine
-from gaitlab.servos import Servo
-from gaitlab.settings import EngineSettings, Spread
-from gaitlab.soles import Sole
+from gaitlab.model import Box, Joint, Link, Tree, standing
+from gaitlab.model.servo import Servo
+from gaitlab.model.settings import EngineSettings, Spread
+from gaitlab.model.soles import Sole
+from gaitlab.simulation.engine import Engine
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
 
@@ -34,7 +34,7 @@ def surface(name: str, **changes: float) -> Surface:
 
 @dataclass(frozen=True)
 class Sled:
-    """Satisfies `gaitlab.body.Robot` as far as the engine asks."""
+    """Satisfies `gaitlab.model.Robot` as far as the engine asks."""
 
     mass: float = 3.5
     kind: str = "studs"

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gaitlab.settings import Spread
+from gaitlab.model.settings import Spread
 from gaitlab.surfaces import TuftedPile
 from gaitlab.surfaces.ground import new_footprint, pile_for
 from gaitlab.surfaces.pile import PileLaw

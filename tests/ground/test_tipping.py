@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from gaitlab.model.soles import Sole
 from gaitlab.robots.eros import Robot
-from gaitlab.soles import Sole
 from gaitlab.surfaces.files import load_surface
 from gaitlab.surfaces.surface import FibreMat, RigidFloor, SoftLayer, TuftedPile
 from gaitlab.surfaces.tipping import (

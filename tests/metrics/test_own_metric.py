@@ -11,7 +11,7 @@ from gaitlab.cli import run_command_line
 from gaitlab.errors import FileError
 from gaitlab.experiment import load_experiment
 from gaitlab.plan import plan
-from gaitlab.run import run_trial
+from gaitlab.running.run_trial import run_trial
 from gaitlab.store import Store
 
 METRIC = """\

@@ -8,13 +8,13 @@ import pytest
 from gaitlab.errors import FileError, UnknownName
 from gaitlab.experiment import load_experiment
 from gaitlab.gaits.keyframes import Gait
-from gaitlab.motion import require_feet
+from gaitlab.model.gait import require_feet
+from gaitlab.model.servo import Servo
 from gaitlab.motions import Track, load_motion, motion_problems, static_margin
 from gaitlab.motions.fitting import SAFE_MARGIN, feet_poses
 from gaitlab.parameters import parameters
 from gaitlab.plugins import names
 from gaitlab.robots.bioloid import Robot
-from gaitlab.servos import Servo
 from gaitlab.servos.files import load_servo
 
 ROBOT = Robot()

@@ -27,7 +27,7 @@ from gaitlab.papers.nao_sweeps import PERIOD, Setting, criterion, sweeps, table,
 from gaitlab.papers.page import markdown
 from gaitlab.plan import plan
 from gaitlab.robots.nao import Robot
-from gaitlab.run import run_trial
+from gaitlab.running.run_trial import run_trial
 from gaitlab.store import Store
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "nao.json").read_text())

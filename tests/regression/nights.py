@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitlab.provenance import code_digest
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
+from gaitlab.running.provenance import code_digest
 from gaitlab.store import Store, TrialRecord
 from gaitlab.trial import PHYSICS_VERSION
 from tests import recorded

@@ -34,7 +34,7 @@ Command = Callable[..., Printed]
 def gaitlab_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> Command:
     """Run a command in an empty folder, with drawn walks instead of simulated ones."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", walker(0))
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", walker(0))
 
     def command(*arguments: str) -> Printed:
         code = run_command_line(arguments)
@@ -56,7 +56,7 @@ def other_night(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Let the code of tomorrow walk otherwise."""
 
     def change(draw: int, **how: float) -> None:
-        monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", walker(draw, **how))
+        monkeypatch.setattr("gaitlab.running.sweep.simulated", walker(draw, **how))
         for part in ("provenance", "regression.tonight"):
             monkeypatch.setattr(f"gaitlab.{part}.code_digest", lambda: f"tomorrow {draw}")
         monkeypatch.setattr("tests.regression.nights.code_digest", lambda: f"tomorrow {draw}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 
 if __name__ == "__main__":
-    import gaitlab.dispatch.sweep
+    import gaitlab.running.sweep
     from gaitlab.cli import run_command_line
     from tests.reliability import sweeps
 
-    gaitlab.dispatch.sweep.simulated = sweeps.slow
+    gaitlab.running.sweep.simulated = sweeps.slow
     sys.exit(run_command_line(sys.argv[1:]))

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from gaitlab.dispatch import Summary, dispatch
-from gaitlab.executors import simulated
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.plan import PlannedTrial, plan
+from gaitlab.running import Summary, dispatch
+from gaitlab.running.worker import simulated
 from gaitlab.store import Store, TrialRecord, fingerprint
 from tests import recorded
 
@@ -129,14 +129,14 @@ TASKS = {task.__name__: task for task in (pretend, slow, held, long, stuck, misb
 
 def run(store: Store, *settings: str, seeds: int = 1, jobs: int = 0) -> Summary:
     """The sweep in this process or in workers, with trials that are pretended."""
-    import gaitlab.dispatch.sweep
+    import gaitlab.running.sweep
 
-    before = gaitlab.dispatch.sweep.simulated
-    gaitlab.dispatch.sweep.simulated = pretend
+    before = gaitlab.running.sweep.simulated
+    gaitlab.running.sweep.simulated = pretend
     try:
         return dispatch(experiment(*settings, seeds=seeds), store, jobs=jobs)
     finally:
-        gaitlab.dispatch.sweep.simulated = before
+        gaitlab.running.sweep.simulated = before
 
 
 def expected(*settings: str, seeds: int = 1) -> dict[str, dict[str, object]]:

@@ -20,7 +20,7 @@ import pytest
 
 from gaitlab.errors import StoreError
 from gaitlab.log import TrialLog
-from gaitlab.log_columns import columns
+from gaitlab.log.columns import columns
 from gaitlab.store import Store, TrialRecord
 from gaitlab.store.merge import merge
 from gaitlab.store.parquet import Unreadable, columns_sha256, read_columns

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from gaitlab.cli import run_command_line
-from gaitlab.dispatch import dispatch
 from gaitlab.experiment import load_experiment
+from gaitlab.running import dispatch
 from gaitlab.store import Store
 from tests.reliability import sweeps
 
@@ -25,7 +25,7 @@ def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Mon
     """In their order, in an empty folder, with trials that are pretended."""
     monkeypatch.chdir(tmp_path)
     for module in ("sweep", "verify"):
-        monkeypatch.setattr(f"gaitlab.dispatch.{module}.simulated", sweeps.pretend)
+        monkeypatch.setattr(f"gaitlab.running.{module}.simulated", sweeps.pretend)
     dispatch(load_experiment("eros_quick", seeds=2), Store(tmp_path / "other" / "data"), jobs=0)
     assert len(COMMANDS) >= 8
     for command in COMMANDS:

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from gaitlab.cli import run_command_line
-from gaitlab.dispatch import dispatch
-from gaitlab.dispatch.verify import verify
+from gaitlab.running import dispatch
+from gaitlab.running.verify import verify
 from gaitlab.store import Store
 from tests.reliability import sweeps
 

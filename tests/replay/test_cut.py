@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.errors import UsageError
-from gaitlab.replay import Cut, cut_of
+from gaitlab.render import Cut, cut_of
 from tests.synthetic import fall, walk
 
 

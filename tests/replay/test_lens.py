@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from gaitlab.replay.lens import CAMERAS, Lens, View
+from gaitlab.render.lens import CAMERAS, Lens, View
 
 
 def lens(view: View, distance: float = inf) -> Lens:

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.replay.raster import NOTHING, Layer, Triangles, stain
+from gaitlab.render.raster import NOTHING, Layer, Triangles, stain
 
 SIZE = 40
 

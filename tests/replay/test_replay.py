@@ -10,13 +10,13 @@ from PIL import Image, ImageColor, ImageSequence
 
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.log import TrialLog
-from gaitlab.picture.colours import VERMILLION
-from gaitlab.replay import Cut, Recorded, cut_of, write_replay
-from gaitlab.replay.files import NoEncoder
-from gaitlab.replay.painter import Painter, Style
-from gaitlab.replay.studio import frames
-from gaitlab.replay.take import Take, take_of
-from gaitlab.replay.window import NoScreen, play
+from gaitlab.render import Cut, Recorded, cut_of, write_replay
+from gaitlab.render.colours import VERMILLION
+from gaitlab.render.files import NoEncoder
+from gaitlab.render.painter import Painter, Style
+from gaitlab.render.studio import frames
+from gaitlab.render.take import Take, take_of
+from gaitlab.render.window import NoScreen, play
 from tests.walked import walked
 
 SMALL = (240, 180)

@@ -9,14 +9,14 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from gaitlab.body import Box, Joint, Link, Tree
 from gaitlab.experiment.reference import ReferenceTable, load_reference
 from gaitlab.log import LogHeader, TrialLog
-from gaitlab.log_columns import columns
-from gaitlab.motion import FeetPoses
+from gaitlab.log.columns import columns
+from gaitlab.model import Box, Joint, Link, Tree
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.soles import Sole
 from gaitlab.report.results import Results
 from gaitlab.report.variants import PLAIN, Variant, find_variants
-from gaitlab.soles import Sole
 from gaitlab.surfaces import TuftedPile
 from gaitlab.trial import Names, Plugin, Trial
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.picture.figure_style import new_figure, save, vector_figures
+from gaitlab.render.figure_style import new_figure, save, vector_figures
 from gaitlab.report.forms import html_page, write_html
 from gaitlab.report.markdown import code, escape, image, section, table
 from tests.report.browser import CHROMIUM, Browser, browser

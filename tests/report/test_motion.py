@@ -161,7 +161,7 @@ def test_the_commands_name_the_store_that_holds_the_trials() -> None:
 
 
 def test_the_same_walk_gives_the_same_picture(tmp_path: Path) -> None:
-    from gaitlab.picture.figure_style import save
+    from gaitlab.render.figure_style import save
 
     column = Column(walk=replace(walk(standing()), amplitude=0.1), others=[])
     files = [save(balance_figure([column]), tmp_path, name) for name in "ab"]

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.body import LinkPoses
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.picture.figure_style import save
-from gaitlab.picture.lawn import Footprint, Patch, ground_faces
-from gaitlab.picture.portrait import SIDE, filmstrip, patch_below, portrait
-from gaitlab.picture.robot import Stance, stance_at
-from gaitlab.picture.scene import Camera, box_faces
+from gaitlab.model import LinkPoses
+from gaitlab.render.figure_style import save
+from gaitlab.render.lawn import Footprint, Patch, ground_faces
+from gaitlab.render.portrait import SIDE, filmstrip, patch_below, portrait
+from gaitlab.render.robot import Stance, stance_at
+from gaitlab.render.scene import Camera, box_faces
 from gaitlab.surfaces import FibreMat, RigidFloor, SoftLayer, Surface, TuftedPile
 from tests.report.builder import GRASS, JOINTS, SOLE, toy_tree, walk_log
 

@@ -3,10 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitlab.body import Robot as RobotProtocol
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Robot as RobotProtocol
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import get_path, parameters, set_path
 from gaitlab.robots._bioloid_links import FRAMES, SERVOS
 from gaitlab.robots.bioloid import MIRRORED, Robot

@@ -7,22 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitlab.body import Joint, couplings_of, gantry_of
-from gaitlab.body import Robot as RobotProtocol
-from gaitlab.commands import joint_commands
 from gaitlab.errors import Infeasible, WrongValue
 from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position
-from gaitlab.limbs import branches, end_pose
 from gaitlab.log import TrialLog
 from gaitlab.metrics import metric
-from gaitlab.motion import Gait as GaitProtocol
+from gaitlab.model import Joint, couplings_of, gantry_of
+from gaitlab.model import Robot as RobotProtocol
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.gait import Gait as GaitProtocol
+from gaitlab.model.limbs import branches, end_pose
+from gaitlab.model.settings import EngineSettings, Horizon
 from gaitlab.parameters import get_path, parameters
 from gaitlab.robots.biped import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.settings import EngineSettings, Horizon
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Names, Trial, plugin
 from tests.trials import STILL

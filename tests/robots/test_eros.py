@@ -3,13 +3,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitlab.body import Robot as RobotProtocol
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.arm import hand_pose
 from gaitlab.kinematics.head import camera_pose
 from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Robot as RobotProtocol
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import get_path, parameters, set_path
 from gaitlab.robots.eros import Robot
 

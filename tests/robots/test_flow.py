@@ -10,15 +10,15 @@ import pybullet
 import pytest
 from pybullet_utils.bullet_client import BulletClient
 
-from gaitlab.body import Robot as RobotProtocol
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.parallelogram import parallelogram_joints
 from gaitlab.kinematics.transforms import axis_rotation, rotation_of
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Robot as RobotProtocol
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.urdf import urdf
 from gaitlab.parameters import parameters
 from gaitlab.robots.flow import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.urdf import urdf
 
 POSITION = 1e-6  # m and -, Bullet's joint angles are exact, its poses nearly so
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")

@@ -6,19 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitlab.body import Robot as RobotProtocol
 from gaitlab.errors import Infeasible
 from gaitlab.gaits.nao import Gait
 from gaitlab.metrics import measure
+from gaitlab.model import Robot as RobotProtocol
+from gaitlab.model.settings import Horizon
+from gaitlab.model.urdf import box_inertia
 from gaitlab.parameters import parameters, set_path
 from gaitlab.robots import nao
 from gaitlab.robots.nao import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.settings import Horizon
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Names, Trial, plugin
-from gaitlab.urdf import box_inertia
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "nao.json").read_text())
 ROBOT: RobotProtocol = Robot()

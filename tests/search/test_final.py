@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import gaitlab.dispatch.sweep
+import gaitlab.running.sweep
 from gaitlab.experiment import Experiment
 from gaitlab.plan import plan
 from gaitlab.search import History
@@ -32,7 +32,7 @@ SETTINGS = ("study.trials=16", "surfaces=[carpet_4mm]")
 
 @pytest.fixture(autouse=True)
 def pretended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gaitlab.dispatch.sweep, "simulated", searches.pretend)
+    monkeypatch.setattr(gaitlab.running.sweep, "simulated", searches.pretend)
 
 
 @pytest.fixture

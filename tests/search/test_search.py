@@ -17,7 +17,7 @@ import optuna
 import pytest
 
 from gaitlab.errors import StoreError, UsageError
-from gaitlab.executors import simulated
+from gaitlab.running.worker import simulated
 from gaitlab.search.search import SearchCallback, SearchStatus
 from gaitlab.search.storage import database_file
 from gaitlab.store import Store, fingerprint

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import gaitlab.dispatch.sweep
+import gaitlab.running.sweep
 from gaitlab.experiment import Experiment, Value, candidate
 from gaitlab.experiment.study import Choices, Numbers
 from gaitlab.plan import plan
@@ -130,7 +130,7 @@ def fall_outside(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialR
 
 @pytest.fixture(autouse=True)
 def pretended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gaitlab.dispatch.sweep, "simulated", fall_outside)
+    monkeypatch.setattr(gaitlab.running.sweep, "simulated", fall_outside)
 
 
 def history_of(values: Mapping[str, Value] | None = None) -> History:

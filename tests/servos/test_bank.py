@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gaitlab.canonical import values
-from gaitlab.servos import Servo
+from gaitlab.model.servo import Servo
+from gaitlab.model.settings import Spread
 from gaitlab.servos.bank import ServoBank, unequally_late
 from gaitlab.servos.files import load_servo
-from gaitlab.settings import Spread
 
 AX_12 = replace(load_servo("ax_12"), latency=0.08)
 DT = 0.002  # s

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.servos import Servo
+from gaitlab.model.servo import Servo
 from gaitlab.servos.law import drive, feedback, lags, servo_row, torque_limit
 
 SERVO = Servo(

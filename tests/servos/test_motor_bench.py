@@ -15,8 +15,18 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from gaitlab.body import Box, Joint, Link, Tree
-from gaitlab.engine.bullet import (
+from gaitlab.experiment import load_experiment
+from gaitlab.model import Box, Joint, Link, Tree
+from gaitlab.model.servo import Servo
+from gaitlab.model.soles import Sole
+from gaitlab.model.urdf import urdf
+from gaitlab.plan import plan
+from gaitlab.plugins import names
+from gaitlab.servos.bank import ServoBank
+from gaitlab.servos.files import load_servo
+from gaitlab.servos.law import torque_limit
+from gaitlab.simulation import simulate
+from gaitlab.simulation.bullet import (
     VELOCITY_CONTROL,
     WORLD_FRAME,
     BulletClient,
@@ -26,16 +36,6 @@ from gaitlab.engine.bullet import (
     new_world,
     pybullet,
 )
-from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
-from gaitlab.plugins import names
-from gaitlab.servos.bank import ServoBank
-from gaitlab.servos.files import load_servo
-from gaitlab.servos.law import torque_limit
-from gaitlab.servos.servo import Servo
-from gaitlab.simulate import simulate
-from gaitlab.soles import Sole
-from gaitlab.urdf import urdf
 
 SERVOS = tuple(names("servo"))
 RATIOS = (0.05, 1.0, 15.0, 60.0)  # damping dt / inertia at 2 ms; no shipped joint has more than 50

@@ -5,9 +5,9 @@ import pytest
 
 from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
+from gaitlab.model.settings import Horizon
 from gaitlab.plan import plan
-from gaitlab.settings import Horizon
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 
 
 @pytest.mark.parametrize("surface", ["hard_floor", "carpet_4mm"])

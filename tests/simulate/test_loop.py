@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gaitlab.balance.ankle_hip import JOINTS, Balance
-from gaitlab.imu import Imu
 from gaitlab.log import TrialLog
-from gaitlab.randomness import randomness
-from gaitlab.simulate import simulate
+from gaitlab.model.imu import Imu
+from gaitlab.model.randomness import randomness
+from gaitlab.simulation import simulate
 from gaitlab.trial import Trial, plugin
 from tests.trials import STILL, standing, trial
 

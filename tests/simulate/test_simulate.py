@@ -15,9 +15,9 @@ from gaitlab.errors import Infeasible
 from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import GRAVITY, TrialLog
-from gaitlab.log_columns import columns
-from gaitlab.settings import Horizon
-from gaitlab.simulate import simulate
+from gaitlab.log.columns import columns
+from gaitlab.model.settings import Horizon
+from gaitlab.simulation import simulate
 from tests.trials import STILL, standing, trial
 
 SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm", "hard_floor", "webots_grass")
@@ -25,7 +25,7 @@ STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "st
 
 DIGEST = """
 import hashlib, json, sys
-from gaitlab.simulate import simulate
+from gaitlab.simulation import simulate
 from gaitlab.trial import Trial
 log = simulate(Trial.from_dict(json.load(sys.stdin)))
 print(hashlib.sha256(b"".join(a.tobytes() for a in log.arrays.values())).hexdigest())

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitlab.body import Start, gantry_of
-from gaitlab.commands import joint_commands
 from gaitlab.experiment import load_experiment
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import GRAVITY
-from gaitlab.motion import FeetPoses
+from gaitlab.model import Start, gantry_of
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.gait import FeetPoses
+from gaitlab.model.randomness import randomness
+from gaitlab.model.settings import Spread
 from gaitlab.plan import plan
-from gaitlab.randomness import randomness
 from gaitlab.servos.law import stiffness
-from gaitlab.settings import Spread
-from gaitlab.simulate import engine_for, start_of
+from gaitlab.simulation import engine_for, start_of
 from gaitlab.trial import Trial
 from tests.trials import trial as eros
 

@@ -26,8 +26,8 @@ from gaitlab.log import TrialLog
 from gaitlab.metrics.pitch_amplitude import pitch_amplitude
 from gaitlab.metrics.rms_torque import rms_torque
 from gaitlab.metrics.roll_amplitude import roll_amplitude
-from gaitlab.settings import Horizon
-from gaitlab.simulate import simulate
+from gaitlab.model.settings import Horizon
+from gaitlab.simulation import simulate
 from tests.data.make_golden_logs import trials
 
 

@@ -11,15 +11,16 @@ from typing import cast
 
 import pandas as pd
 
+from gaitlab.documents.outputs import published
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment
-from gaitlab.outputs import published
+from gaitlab.experiment.shell import called, store_option
 from gaitlab.papers.reproduction.answers import Calibrated, answers
 from gaitlab.papers.reproduction.document import Reproduction
 from gaitlab.papers.reproduction.headline import headline
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections import section_text
-from gaitlab.picture.figure_style import vector_figures
+from gaitlab.render.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.gather import gather
 from gaitlab.report.markdown import code, escape, fenced, section, table
@@ -28,7 +29,6 @@ from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
 from gaitlab.report.sources import records, sources
 from gaitlab.report.words import plural
-from gaitlab.shell import called, store_option
 from gaitlab.store import Store
 from gaitlab.trial import PHYSICS_VERSION
 

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from gaitlab.log import TrialLog
-from gaitlab.picture.figure_style import (
+from gaitlab.render.figure_style import (
     BLUE,
     INK,
     ORANGE,

@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
-from gaitlab.log_columns import FEET
-from gaitlab.picture.figure_style import (
+from gaitlab.log.columns import FEET
+from gaitlab.render.figure_style import (
     BLACK,
     BLUE,
     FAINT,

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
-from gaitlab.motion import Gait
-from gaitlab.picture.figure_style import BAND, FAINT, PAPER
+from gaitlab.model.gait import Gait
+from gaitlab.render.figure_style import BAND, FAINT, PAPER
 
 HATCH = "////"  # of the right foot's swing, so that the two differ in grey
 

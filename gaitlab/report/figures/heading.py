@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import TrialLog
-from gaitlab.log_columns import FEET
+from gaitlab.log.columns import FEET
 
 AXES = ("forward", "left")
 

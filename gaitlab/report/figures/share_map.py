@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from gaitlab.picture.figure_style import DARK, FAINT, INK, PAPER, SHARE, new_figure, style, wrapped
+from gaitlab.render.figure_style import DARK, FAINT, INK, PAPER, SHARE, new_figure, style, wrapped
 
 LOW, HIGH = 0.22, 0.36  # in, height of a row with one line of text and with two
 ROOMY = 24  # rows; of more each is lower

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from markdown_it.token import Token
 
-from gaitlab.printable import csv_cell
+from gaitlab.documents.printable import csv_cell
 from gaitlab.report.forms.latex import PACKAGES, latex_table
 from gaitlab.report.forms.tidy import TIDY, write_tidy
 from gaitlab.report.forms.tokens import (

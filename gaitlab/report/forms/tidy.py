@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gaitlab.printable import csv_cell
+from gaitlab.documents.printable import csv_cell
 from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Cell, Score

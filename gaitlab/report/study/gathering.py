@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from gaitlab.documents.outputs import published
 from gaitlab.errors import UnknownName, UsageError
 from gaitlab.experiment import Experiment, Value
-from gaitlab.outputs import published
-from gaitlab.picture.figure_style import vector_figures
+from gaitlab.experiment.shell import called
+from gaitlab.render.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.provenance import common_values, seeds_text
@@ -30,7 +31,6 @@ from gaitlab.search.fresh import (
 )
 from gaitlab.search.sampling import importance
 from gaitlab.search.validation import Validation, validate, walk_nothing
-from gaitlab.shell import called
 from gaitlab.store import Index, Store
 from gaitlab.trial import PHYSICS_VERSION
 

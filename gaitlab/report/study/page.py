@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from gaitlab.picture.figure_style import save
+from gaitlab.render.figure_style import save
 from gaitlab.report.markdown import escape, fenced, image, section
 from gaitlab.report.provenance import facts_table
 from gaitlab.report.study import robustness_figures, search_figures, search_tables, tables

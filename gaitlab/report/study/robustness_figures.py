@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from gaitlab.experiment.study import Numbers
-from gaitlab.picture.figure_style import (
+from gaitlab.render.figure_style import (
     BLUE,
     CYCLE,
     DARK,

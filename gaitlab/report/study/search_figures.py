@@ -14,7 +14,7 @@ from matplotlib.transforms import Transform
 
 from gaitlab.experiment import Value
 from gaitlab.experiment.study import Choices, Numbers
-from gaitlab.picture.figure_style import (
+from gaitlab.render.figure_style import (
     BLACK,
     BLUE,
     FAINT,

@@ -34,7 +34,7 @@ reproduction:
 def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run a command in a folder with the file of a reproduction; trials are made up."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
     (tmp_path / "tiny.yaml").write_text(WHOLE)
 
     def command(*arguments: str) -> Printed:
@@ -109,7 +109,7 @@ def test_every_event_is_a_line_and_says_whose_it_is(gaitlab) -> None:
 
 
 def test_failed_trials_of_any_member_give_their_exit_code(gaitlab, monkeypatch) -> None:
-    monkeypatch.setattr("gaitlab.dispatch.sweep.simulated", _failing)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", _failing)
     found = gaitlab("run", *QUICK, "-j", "0")
     assert found.code == 4
     assert "failed, 1 trial: FAILED: left_leg at tick 7" in found.err
@@ -125,7 +125,7 @@ def _failing(trial_id, trial, store):
 
 
 def test_ctrl_c_leaves_the_members_that_come_later(gaitlab, monkeypatch) -> None:
-    from gaitlab.dispatch import Summary
+    from gaitlab.running import Summary
 
     ended = Summary(planned=2, done=1, interrupted=True)
     monkeypatch.setattr("gaitlab.cli.reproducing.dispatch", lambda *a, **k: ended)

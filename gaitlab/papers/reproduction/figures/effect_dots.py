@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gaitlab.picture.figure_style import BAND, INK, PAPER, new_figure, style, wrapped
+from gaitlab.render.figure_style import BAND, INK, PAPER, new_figure, style, wrapped
 from gaitlab.statistics import LinearEffect
 
 LINE = 0.34  # in, height of a quantity with its range below it

@@ -8,7 +8,7 @@ from math import ceil
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitlab.picture.figure_style import BAND, INK, PAPER, new_figure, style, wrapped
+from gaitlab.render.figure_style import BAND, INK, PAPER, new_figure, style, wrapped
 from gaitlab.report.words import surface_text
 from gaitlab.statistics import Count, wilson
 

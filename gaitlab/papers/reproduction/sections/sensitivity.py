@@ -17,7 +17,7 @@ from gaitlab.experiment import Experiment, Quantity
 from gaitlab.papers.reproduction.figures.effect_dots import LEVEL, effect_dots
 from gaitlab.papers.reproduction.section import Context, Section, option
 from gaitlab.papers.reproduction.swept import Sides, Sweep, sweep_of
-from gaitlab.picture.figure_style import save
+from gaitlab.render.figure_style import save
 from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.results import Results

@@ -21,7 +21,7 @@ from gaitlab.papers.reproduction.together import (
     shown_variants,
     together,
 )
-from gaitlab.picture.figure_style import save
+from gaitlab.render.figure_style import save
 from gaitlab.report.comparison import difference, loud
 from gaitlab.report.markdown import details, escape, image, table
 from gaitlab.report.matching import matched

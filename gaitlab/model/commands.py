@@ -1,0 +1,75 @@
+"""What the servos are sent: inverse kinematics of the feet, and what the gait sets itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from gaitlab.errors import Infeasible
+from gaitlab.model import Joint, Robot, require_limits
+from gaitlab.model.gait import FeetPoses, Gait
+from gaitlab.model.servo import Servo
+from gaitlab.plugins import suggestion
+
+
+@runtime_checkable
+class Particular(Protocol):
+    """A gait that does not suit every robot, and says so before anything runs."""
+
+    def require_playable(self, robot: Robot, servos: Sequence[Servo]) -> None:
+        """Refuse a robot that cannot walk it; servos come in the order of the robot's tree.
+
+        Raises:
+            GaitlabError: What stands in the way.
+        """
+
+
+def require_playable(gait: Gait, robot: Robot, servos: Sequence[Servo]) -> None:
+    """Refuse a gait that the robot cannot walk, if the gait can tell.
+
+    Raises:
+        GaitlabError: What stands in the way.
+    """
+    if isinstance(gait, Particular):
+        gait.require_playable(robot, servos)
+
+
+def joint_commands(robot: Robot, feet: FeetPoses) -> np.ndarray:
+    """Joint positions of a whole gait, in [rad]. Shape (n, joints in the tree's order).
+
+    Raises:
+        Infeasible: If a foot is out of reach, a joint beyond its limit, or the robot lacks a joint
+            that the gait sets.
+    """
+    targets = robot.joint_targets(feet)
+    return with_joints(robot.tree.joints, targets, feet.joints) if feet.joints else targets
+
+
+def with_joints(
+    joints: Sequence[Joint], targets: np.ndarray, given: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Targets in which some joints are set by name.
+
+    Args:
+        joints: Joints of the robot.
+        targets: Targets to start from, in [rad]. Shape (n, joints).
+        given: Targets by joint, in [rad]. Shape (n,) each.
+
+    Raises:
+        Infeasible: If there is no such joint, or one is set beyond its limits.
+    """
+    column = {joint.name: index for index, joint in enumerate(joints)}
+    changed = targets.copy()
+    for name, position in given.items():
+        if name not in column:
+            reason = f"the robot has no joint called {name!r}{suggestion(name, column)}"
+            raise Infeasible(limb=name, tick=0, reason=reason)
+        changed[:, column[name]] = position
+    require_limits("gait", [joints[column[name]] for name in given], _given(given))
+    return changed
+
+
+def _given(given: Mapping[str, np.ndarray]) -> np.ndarray:
+    return np.stack(list(given.values()), axis=-1)

@@ -1,0 +1,108 @@
+"""The links of a robot as a tree: their poses and their centre of mass.
+
+All poses are batched over n instants. A link's frame is its joint's frame, as in URDF.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitlab.kinematics.transforms import vector_rotation
+from gaitlab.model.links import Axis, Joint, Link
+
+
+class LinkPoses(NamedTuple):
+    """World poses of all links: positions (n, links, 3) in [m], rotations (n, links, 3, 3)."""
+
+    position: np.ndarray
+    rotation: np.ndarray
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Links of a robot, every parent before its children."""
+
+    links: tuple[Link, ...]
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """Joints in the order of their links."""
+        return tuple(link.joint for link in self.links if link.joint is not None)
+
+    @cached_property
+    def driven(self) -> tuple[bool, ...]:
+        """Whether each joint has a servo, in the order of `joints`."""
+        return tuple(joint.servo is not None for joint in self.joints)
+
+    @property
+    def mass(self) -> float:
+        """Mass of all links, in [kg]."""
+        return sum(link.mass for link in self.links)
+
+    def index(self, name: str) -> int:
+        """Position of a link in `links`."""
+        return self._index[name]
+
+    def poses(
+        self, position: np.ndarray, rotation: np.ndarray, joint_position: np.ndarray
+    ) -> LinkPoses:
+        """Pose of every link.
+
+        Args:
+            position: Trunk link frame, world frame, in [m]. Shape (n, 3).
+            rotation: Rotation matrix of the trunk link frame. Shape (n, 3, 3).
+            joint_position: In the order of `joints`, in [rad]. Shape (n, joints).
+        """
+        # Instants come last in memory, so that every operation runs over contiguous numbers.
+        n = len(position)
+        at, turned = np.empty((len(self.links), 3, n)), np.empty((len(self.links), 3, 3, n))
+        at[0], turned[0] = position.T, np.moveaxis(rotation, 0, -1)
+        angles = iter(joint_position.T)
+        for k, link in enumerate(self.links[1:], start=1):
+            parent = self._index[str(link.parent)]
+            assert link.joint is not None  # only the trunk has none
+            at[k] = at[parent] + _along(turned[parent], link.origin)
+            _turn(turned[parent], link.joint.axis, next(angles), out=turned[k])
+        return LinkPoses(np.moveaxis(at, -1, 0), np.moveaxis(turned, -1, 0))
+
+    @cached_property
+    def _index(self) -> Mapping[str, int]:
+        return {link.name: k for k, link in enumerate(self.links)}
+
+    def centre_of_mass(self, poses: LinkPoses) -> np.ndarray:
+        """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
+        at, turned = np.moveaxis(poses.position, 0, -1), np.moveaxis(poses.rotation, 0, -1)
+        moment = sum(
+            link.mass * (at[k] + _along(turned[k], link.box.centre))
+            for k, link in enumerate(self.links)
+        )
+        return np.transpose(moment) / self.mass
+
+
+def _along(rotation: np.ndarray, vector: tuple[float, float, float]) -> np.ndarray:
+    """A constant vector turned by rotations (3, 3, n). Shape (3, n)."""
+    moved = np.zeros((3, rotation.shape[-1]))
+    for axis, length in enumerate(vector):
+        if length != 0.0:
+            moved += length * rotation[:, axis]
+    return moved
+
+
+def _turn(rotation: np.ndarray, axis: Axis, angle: np.ndarray, *, out: np.ndarray) -> None:
+    """Rotations (3, 3, n) followed by turns about an axis; a coordinate axis mixes two columns."""
+    if not isinstance(axis, str):
+        out[:] = np.einsum("ijn,njk->ikn", rotation, vector_rotation(axis, angle))
+        return
+    c, s = np.cos(angle), np.sin(angle)
+    if axis.startswith("-"):
+        s = -s
+    i = "xyz".index(axis[-1])
+    j, k = (i + 1) % 3, (i + 2) % 3
+    out[:, i] = rotation[:, i]
+    out[:, j] = c * rotation[:, j] + s * rotation[:, k]
+    out[:, k] = c * rotation[:, k] - s * rotation[:, j]

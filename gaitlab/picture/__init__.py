@@ -1,1 +1,0 @@
-"""A robot on its ground as polygons, for reports and films alike."""

@@ -1,0 +1,51 @@
+"""What an export starts from: a trial, its log, and the pose of every link over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gaitlab.kinematics.transforms import quaternion_of, rotation_of
+from gaitlab.log import TrialLog
+from gaitlab.model import LinkPoses
+from gaitlab.store.record import TrialRecord
+from gaitlab.trial import Trial
+
+NANOSECONDS = 1e9  # in a second
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recorded:
+    """A trial that ran.
+
+    Attributes:
+        record: What the store keeps of it.
+        trial: The trial.
+        log: Its log.
+    """
+
+    record: TrialRecord
+    trial: Trial
+    log: TrialLog
+
+    @cached_property
+    def nanoseconds(self) -> np.ndarray:
+        """Time of each row without the rounding of the time column, in [ns]. Shape (n,)."""
+        ticks = np.arange(1, len(self.log) + 1)
+        return np.rint(ticks * self.log.header.dt * NANOSECONDS).astype(np.int64)
+
+    @cached_property
+    def poses(self) -> LinkPoses:
+        """Pose of every link at every row."""
+        log, tree = self.log, self.trial.robot.tree
+        # A log may have the pitch of a gantry after the tree's own joints.
+        joints = log.joint_table("position")[:, : len(tree.joints)]
+        rotation = rotation_of(log.vector("trunk_q", "xyzw"))
+        return tree.poses(log.vector("trunk_"), rotation, joints)
+
+    @cached_property
+    def quaternions(self) -> np.ndarray:
+        """Orientation of every link at every row, xyzw. Shape (n, links, 4)."""
+        return quaternion_of(self.poses.rotation)

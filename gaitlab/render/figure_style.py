@@ -1,0 +1,129 @@
+"""How every figure of gaitlab looks: one place for fonts, colours, sizes and file formats.
+
+References:
+    Okabe2008: M. Okabe and K. Ito, Color Universal Design: how to make figures and presentations
+        that are friendly to colorblind people, 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from gaitlab.documents.printable import visible
+
+# [Okabe2008], ordered so that neighbours also differ in lightness when printed in grey.
+BLACK, BLUE, VERMILLION, SKY = "#000000", "#0072B2", "#D55E00", "#56B4E9"
+GREEN, ORANGE, PURPLE, YELLOW = "#009E73", "#E69F00", "#CC79A7", "#F0E442"
+CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION, BLACK, YELLOW)
+HATCHES = ("", "///", "...", "xxx", "\\\\\\", "ooo", "+++", "---")
+INK, FAINT, PAPER = "#222222", "#BBBBBB", "#FFFFFF"
+BAND = "#EBEBEB"  # behind a curve: a span of time
+DARK = 0.55  # share above which white letters read better than black ones
+
+TEXT_WIDTH = 8.0  # in, the width of a page of a code-hosting site at SCREEN_DPI
+SCREEN_DPI = 150  # 1/in, sharp on a screen of double density
+
+# Lightness falls evenly from none to all, so the order survives a grey printer.
+SHARE = LinearSegmentedColormap.from_list("share", ["#EFF4F8", "#BFD9EC", "#5E9FCC", "#08467A"])
+
+_RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
+    "font.family": "DejaVu Sans",  # ships with matplotlib: the same letters on every machine
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.axisbelow": True,
+    "text.color": INK,
+    "text.parse_math": False,  # a name with two dollar signs is no formula
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "legend.frameon": False,
+    "figure.dpi": SCREEN_DPI,
+    "hatch.linewidth": 0.6,
+    "svg.hashsalt": "gaitlab",  # identifiers in the SVG do not change from run to run
+    "svg.fonttype": "path",
+}
+
+
+_VECTOR: ContextVar[bool] = ContextVar("vector", default=False)
+
+
+@contextmanager
+def vector_figures(wanted: bool = True) -> Iterator[None]:
+    """Whether `save` writes each figure as SVG too, for a form of a page that zooms or is set."""
+    token = _VECTOR.set(wanted)
+    try:
+        yield
+    finally:
+        _VECTOR.reset(token)
+
+
+def wrapped(text: str, width: int) -> str:
+    """A title on as many lines as it needs, at most three; a number keeps its unit."""
+    return fill(text.replace(" mm", "\N{NO-BREAK SPACE}mm"), width, max_lines=3, placeholder=" …")
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Settings that hold while a figure is made and saved."""
+    with mpl.rc_context(_RC):
+        yield
+
+
+def new_figure(width: float = TEXT_WIDTH, height: float = 3.0) -> Figure:
+    """An empty figure of a size in inches, independent of any display."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place everything once for all formats, to a millionth of the page.
+
+    The solver's last digits differ from run to run and would be hashed into names in the SVG.
+    """
+    figure.draw_without_rendering()
+    figure.set_layout_engine(None)  # "none" would have every format drawn once more for nothing
+    for axes in figure.axes:
+        x, y, width, height = (round(v, 6) for v in axes.get_position(original=True).bounds)
+        axes.set_position((x, y, width, height))
+
+
+def _show_whatever_is_written(figure: Figure) -> None:
+    """Write out control characters, of which no font has a picture and no SVG may hold one."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            texts = [label.get_text() for label in axis.get_ticklabels()]
+            if any(text != visible(text) for text in texts):
+                axis.set_ticks(axis.get_ticklocs(), list(map(visible, texts)))
+    for text in figure.findobj(Text):
+        if isinstance(text, Text):
+            text.set_text(visible(text.get_text()))
+
+
+def save(figure: Figure, folder: Path, name: str) -> Path:
+    """Write `name`.png, and `name`.svg within `vector_figures`; the same figure, the same bytes."""
+    png = folder / f"{name}.png"
+    with style():
+        _show_whatever_is_written(figure)
+        _lay_out(figure)
+        figure.savefig(png, dpi=SCREEN_DPI, metadata={"Software": None})
+        if _VECTOR.get():
+            svg = png.with_suffix(".svg")
+            figure.savefig(svg, metadata={"Date": None, "Creator": None})
+    return png

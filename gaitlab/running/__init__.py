@@ -1,0 +1,20 @@
+"""From an experiment to a full store: run what is missing, keep what is there, stop cleanly."""
+
+from gaitlab.running.outlook import Cost, Outlook, Standing, cost, outlook
+from gaitlab.running.summary import Ended, Progress, Silent, Started, Summary, total
+from gaitlab.running.sweep import dispatch
+
+__all__ = [
+    "Cost",
+    "Ended",
+    "Outlook",
+    "Progress",
+    "Silent",
+    "Standing",
+    "Started",
+    "Summary",
+    "cost",
+    "dispatch",
+    "outlook",
+    "total",
+]

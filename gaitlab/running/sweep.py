@@ -1,0 +1,305 @@
+"""One run of one experiment: what is missing is run, what ends is kept, signals stop it cleanly."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from gaitlab.errors import StoreError, UnknownName
+from gaitlab.experiment import Experiment
+from gaitlab.plan import Plan, PlannedTrial, duration, plan
+from gaitlab.running.basis import Past, basis
+from gaitlab.running.executor import Executor, Job, Outcome
+from gaitlab.running.forecast import Forecast, Kind
+from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, standings
+from gaitlab.running.processes import Processes
+from gaitlab.running.provenance import provenance
+from gaitlab.running.serial import Serial
+from gaitlab.running.signals import stoppable
+from gaitlab.running.summary import Careful, Ended, Progress, Silent, Started, Summary
+from gaitlab.running.worker import simulated
+from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
+from gaitlab.store.store import TABLE_FROM
+
+MANY_CELLS = 5000  # more are not told apart in the time left, which is looked up at every end
+TIMEOUT = 120.0  # s any trial may take
+TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
+
+
+def dispatch(
+    experiment: Experiment,
+    store: Store,
+    *,
+    jobs: int,
+    retry_failed: bool = False,
+    progress: Progress | None = None,
+) -> Summary:
+    """Run the trials of an experiment that the store does not hold yet.
+
+    The first Ctrl-C, or SIGTERM, lets the running trials end; the second Ctrl-C kills them. A
+    terminal that goes away (SIGHUP) stops nothing.
+
+    Args:
+        experiment: What to run.
+        store: Where results go; held against other runs meanwhile.
+        jobs: Worker processes; 0 runs every trial in this process.
+        retry_failed: Run trials again that failed before.
+        progress: Who is told.
+
+    Raises:
+        StoreError: If the store is held by another run, cannot be written or has vanished.
+        StoreFull: If there is no room; says how much the rest needs.
+        KeyboardInterrupt: At the second Ctrl-C.
+    """
+    with store.lock() as held:
+        told = Careful(progress or Silent())
+        forecast = Forecast(workers=jobs)
+        sweep = _Sweep(experiment, store, held, retry_failed, told, forecast)
+        return sweep.run(_executor(store, jobs))
+
+
+@dataclass
+class _Sweep:
+    """One run of one experiment, and its counts so far."""
+
+    experiment: Experiment
+    store: Store
+    held: Held
+    retry_failed: bool
+    progress: Progress
+    forecast: Forecast
+    summary: Summary = field(default_factory=Summary)
+    start: float = field(default_factory=time.monotonic)
+    order: list[str] = field(default_factory=list)  # ids of the plan, each made only once
+    kinds: dict[str, Kind] = field(default_factory=dict)  # of the trials of the plan, by id
+    running: dict[str, Started] = field(default_factory=dict)  # trials that workers have, by id
+    cells: dict[str, int] = field(default_factory=dict)  # of the trials of the plan, by id
+    standing: Counter[int] = field(default_factory=Counter)  # falls before the first step, by cell
+    told_of_standing: bool = False
+
+    def run(self, executor: Executor) -> Summary:
+        """Run what is missing until it is done or somebody stops it."""
+        planned = plan(self.experiment)
+        with stoppable(partial(self._stop, executor)):
+            try:
+                self._run(executor, planned)
+                if len(self.store.compact().entries) >= TABLE_FROM:
+                    self.store.tabulate()
+            except StoreFull as error:
+                raise StoreFull(f"{error} {self._needed(planned)}") from error
+        return self.summary
+
+    def _run(self, executor: Executor, planned: Plan) -> None:
+        todo = self._take_stock(planned)
+        self.progress.start(self.summary)
+        self._warn_of_little_room(planned)
+        try:
+            with closing(executor.run(self._launched(planned, todo))) as outcomes:
+                for outcome in outcomes:
+                    self.held.check()
+                    self._keep(outcome)
+        finally:
+            self.progress.finish(self.summary)
+
+    def _take_stock(self, planned: Plan) -> dict[str, float]:
+        """Register the plan, count what is there; simulated time of each trial that is due, by id.
+
+        Raises:
+            StoreError: If the store cannot be written, or a newer gaitlab wrote a wanted trial.
+        """
+        index, times = self.store.compact(), dict[str, float]()
+        parts = basis(self.experiment)
+        past = Past(parts, self.store.earlier(self.experiment.listed_as))
+        trials = self._timed(planned, times)
+        listed = self.store.register(self.experiment, trials, parts)
+        standing = standings(index, past)
+        stands = {wanted.trial_id: standing(wanted) for wanted in listed.trials}
+        counts = Counter(stands.values())
+        idle = {CACHED} if self.retry_failed else {CACHED, FAILED_BEFORE}
+        todo = {i: times[i] for i, stand in stands.items() if stand not in idle}
+        self.summary = replace(
+            self.summary,
+            planned=len(stands),
+            cached=counts[CACHED],
+            failed=0 if self.retry_failed else counts[FAILED_BEFORE],
+            falls=sum(index.entries[i].fell for i in stands if i in index.entries),
+            fell_standing=sum(
+                self._fell_standing(i, index.entries[i].details.metrics)
+                for i in stands
+                if i in index.entries and index.entries[i].fell
+            ),
+        )
+        for trial_id, seconds in todo.items():
+            self.forecast.expect(self.kinds[trial_id], seconds)
+        return todo
+
+    def _timed(self, planned: Plan, times: dict[str, float]) -> Iterator[PlannedTrial]:
+        """The trials of a plan, noting their ids, and their time if the robot stays up in [s]."""
+        for item in planned.trials():
+            trial = item.trial
+            self.order.append(trial.id)
+            self.cells[trial.id] = item.cell_index
+            self.kinds[trial.id] = _kind(item) if planned.cell_count <= MANY_CELLS else ()
+            times[trial.id] = duration(trial.gait, trial.horizon)
+            yield item
+
+    def _launched(self, planned: Plan, todo: Mapping[str, float]) -> Iterator[Job]:
+        """The jobs, telling of each as an executor takes it, for it takes what it starts."""
+        for job, item in _jobs(planned, self.order, todo):
+            started = Started(trial_id=job.trial_id, cell=item.values, seed=item.trial.seed)
+            self.running[job.trial_id] = started
+            kind, seconds = self.kinds[job.trial_id], todo[job.trial_id]
+            self.forecast.start(job.trial_id, kind, seconds, time.monotonic())
+            self.progress.started(started)
+            yield job
+
+    def _keep(self, outcome: Outcome) -> None:
+        """Note one outcome and tell of it."""
+        record = outcome.record or settle(self.store, outcome)
+        self.store.note(record)
+        now = time.monotonic()
+        self.forecast.end(record.trial_id, now, _wall_time(outcome))
+        self.summary = replace(
+            _counted(self.summary, record),
+            seconds=now - self.start,
+            time_left=self.forecast.time_left(now),
+        )
+        started = self.running.pop(record.trial_id)
+        self.progress.ended(_ended(started, record))
+        self.progress.update(self.summary)
+        if self._fell_standing(record.trial_id, record.metrics):
+            self._tell_of_standing(started)
+
+    def _fell_standing(self, trial_id: str, metrics: Mapping[str, Scalar]) -> bool:
+        """Whether a trial fell before its first step; if so, noted of its cell."""
+        fell = _flag(metrics, "fell_standing")
+        self.standing[self.cells[trial_id]] += fell
+        return fell
+
+    def _tell_of_standing(self, trial: Started) -> None:
+        """Name the first cell that is sure not to stand; the counts tell of the others."""
+        count, seeds = self.standing[self.cells[trial.trial_id]], len(self.experiment.seeds)
+        if self.told_of_standing or 2 * count <= seeds:
+            return
+        self.told_of_standing = True
+        where = ", ".join(
+            f"{path.rpartition('.')[2]} {value}" for path, value in trial.cell.items()
+        )
+        self.progress.message(
+            f"{where}: does not stand, {count} of {seeds} seeds fell before their first step; "
+            "further such cells are only counted"
+        )
+
+    def _stop(self, executor: Executor, number: int) -> None:
+        """Let the running trials end; at the second Ctrl-C, nothing."""
+        if self.summary.interrupted and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        executor.drain()
+        self.summary = replace(self.summary, interrupted=True)
+        self.progress.message(f"stopping: {executor.running} running trials are finished first")
+
+    def _needed(self, planned: Plan) -> str:
+        left = self.summary.left or planned.size
+        return f"The {left} trials left need up to {_megabytes(cost(planned, left, 1).size)}."
+
+    def _warn_of_little_room(self, planned: Plan) -> None:
+        needed = cost(planned, self.summary.left, 1).size
+        with suppress(OSError):
+            free = shutil.disk_usage(self.store.path).free
+            if free < needed:
+                self.progress.message(
+                    f"the disk has {_megabytes(free)} free and this run needs up to "
+                    f"{_megabytes(needed)}; if it fills up, nothing committed is lost"
+                )
+
+
+def _executor(store: Store, jobs: int) -> Executor:
+    task = partial(simulated, store=store.path)
+    return Processes(task, jobs) if jobs else Serial(task)
+
+
+def _jobs(
+    planned: Plan, order: Sequence[str], todo: Mapping[str, float]
+) -> Iterator[tuple[Job, PlannedTrial]]:
+    """The trials that are due, each once and only when asked for.
+
+    Seed by seed: a run that is stopped early leaves a whole table of fewer seeds, and the time left
+    is known from every cell after the first round.
+    """
+    left = set(todo)
+    for place, item in planned.rounds():
+        if not left:
+            return
+        trial_id = order[place]
+        if trial_id in left:
+            left.remove(trial_id)
+            timeout = TIMEOUT + TIMEOUT_RATIO * todo[trial_id]
+            yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout), item
+
+
+def _kind(item: PlannedTrial) -> Kind:
+    """What tells how soon a robot falls, from the coarse to the fine."""
+    names = item.trial.names
+    return names.robot, names.surface, str(item.cell_index)
+
+
+def _megabytes(size: float) -> str:
+    return f"{max(size, 1e6) / 1e6:.0f} MB"
+
+
+def settle(store: Store, outcome: Outcome) -> TrialRecord:
+    """The record of a trial whose worker was lost: what it committed, or else `FAILED`."""
+    with suppress(UnknownName, StoreError):
+        committed = store.record(outcome.job.trial_id)
+        if committed.state != "FAILED":
+            return committed
+    record = TrialRecord(
+        trial_id=outcome.job.trial_id,
+        state="FAILED",
+        reason=outcome.reason,
+        trial=outcome.job.trial,
+        metrics={},
+        provenance=provenance(outcome.seconds),
+    )
+    store.commit(record, None)
+    return record
+
+
+def _counted(summary: Summary, record: TrialRecord) -> Summary:
+    if record.state == "DONE":
+        return replace(
+            summary,
+            done=summary.done + 1,
+            falls=summary.falls + _flag(record.metrics, "fell"),
+            fell_standing=summary.fell_standing + _flag(record.metrics, "fell_standing"),
+        )
+    if record.state == "INFEASIBLE":
+        return replace(summary, infeasible=summary.infeasible + 1)
+    return replace(summary, failed=summary.failed + 1, newly_failed=summary.newly_failed + 1)
+
+
+def _wall_time(outcome: Outcome) -> float | None:
+    """Wall time of the trial alone in [s], without the start of its worker; None if unknown."""
+    found = outcome.record.provenance.get("wall_time") if outcome.record else None
+    return found if isinstance(found, float) else None
+
+
+def _ended(started: Started, record: TrialRecord) -> Ended:
+    return Ended(
+        trial_id=started.trial_id,
+        cell=started.cell,
+        seed=started.seed,
+        state=record.state,
+        stable=bool(record.metrics.get("stable")) if record.state == "DONE" else None,
+        reason=record.reason.partition("\n")[0],
+    )
+
+
+def _flag(metrics: Mapping[str, Scalar], name: str) -> bool:
+    return bool(metrics.get(name))

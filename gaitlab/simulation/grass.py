@@ -1,0 +1,128 @@
+"""The ground above the hard base: a pile under each foot, or one soft layer, in Bullet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gaitlab.log import GRAVITY
+from gaitlab.model import Robot
+from gaitlab.simulation.bullet import WORLD_FRAME, BulletClient, add_plane, links
+from gaitlab.surfaces.ground import new_footprint, pile_for, under_right_foot
+from gaitlab.surfaces.press import press, stand
+from gaitlab.surfaces.surface import FibreMat, SoftLayer, TuftedPile
+
+HIGHEST = 0.1  # m, by which a robot may have to be lifted to where its pile carries it
+HALVINGS = 45  # of twice that, down to less than a thousandth of a micrometre
+PARKED = -1.0  # m, where a tangent plane waits while its foot is in the air
+
+
+def add_layer(client: BulletClient, surface: SoftLayer, supports: int) -> None:
+    """A soft plane over the base; the stiffness of a sole is shared by its support points."""
+    plane = add_plane(client, surface.height)
+    # Bullet's stiffness and damping hold per contact point and only when given together.
+    client.changeDynamics(
+        plane,
+        -1,
+        contactStiffness=surface.stiffness / supports,
+        contactDamping=surface.damping / supports,
+    )
+
+
+class PileUnderFeet:
+    """A pile that pushes back on both feet, through one tangent plane a foot.
+
+    Attributes:
+        plough: Plough force on the left and the right foot in the last tick, world x and y, [N].
+        push: All that pushed them sideways beside Bullet's contacts, likewise.
+    """
+
+    def __init__(
+        self,
+        client: BulletClient,
+        body: int,
+        feet: Sequence[int],
+        robot: Robot,
+        surface: TuftedPile | FibreMat,
+        *,
+        dt: float,
+        irregularity: float,
+        rng: np.random.Generator,
+    ) -> None:
+        """A fresh lawn; arguments as of the engine and of `pile_for`."""
+        self._body, self._feet, self._dt = body, feet, dt
+        pile = pile_for(
+            surface,
+            robot.sole,
+            weight=robot.tree.mass * GRAVITY,
+            foot_mass=robot.tree.links[robot.tree.index(robot.feet[0])].mass,
+            dt=dt,
+            rng=rng,
+            irregularity=irregularity,
+        )
+        self._piles = (pile, under_right_foot(pile, robot.sole))
+        self._planes = [_own_plane(client, body, foot) for foot in feet]
+        self._footprints = [new_footprint(len(pile.supports)) for _ in feet]
+        self.plough = [(0.0, 0.0) for _ in feet]
+        self.push = list(self.plough)
+        self._link_states, self._move = client.getLinkStates, client.resetBasePositionAndOrientation
+        self._soften = client.changeDynamics
+        self._force, self._torque = client.applyExternalForce, client.applyExternalTorque
+
+    def settle(self, weight: float) -> float:
+        """Let the feet have stood for long; how far the robot has to be lifted for that, in [m].
+
+        Args:
+            weight: What the pile under both feet is to carry, in [N].
+        """
+        states = self._link_states(self._body, self._feet, 1, 1)
+        low, high = -HIGHEST, HIGHEST
+        for _ in range(HALVINGS):
+            lift = 0.5 * (low + high)
+            carried = 0.0
+            for pile, footprint, state in zip(self._piles, self._footprints, states, strict=True):
+                x, y, z = state[4]
+                carried += stand(pile, footprint, (x, y, z + lift), state[5])
+            low, high = (lift, high) if carried > weight else (low, lift)
+        return lift
+
+    def press(self) -> None:
+        """Set plane and plough force of each foot for the coming tick."""
+        # Without forward kinematics Bullet's link states are one step stale: negative damping.
+        for side, state in enumerate(self._link_states(self._body, self._feet, 1, 1)):
+            self._press(side, *state)
+
+    def _press(
+        self,
+        side: int,
+        centre: tuple[float, float, float],
+        _turn: tuple[float, float, float, float],
+        _local_centre: tuple[float, float, float],
+        _local_turn: tuple[float, float, float, float],
+        origin: tuple[float, float, float],
+        quaternion: tuple[float, float, float, float],
+        velocity: tuple[float, float, float],
+        spin: tuple[float, float, float],
+    ) -> None:
+        plane, footprint, pile = self._planes[side], self._footprints[side], self._piles[side]
+        support = press(pile, footprint, origin, quaternion, centre, velocity, spin, self._dt)
+        self._move(plane, support.point, support.turn)
+        self.plough[side], self.push[side] = support.plough, support.push
+        if support.active:
+            self._soften(
+                plane, -1, contactStiffness=support.stiffness, contactDamping=support.damping
+            )
+        if support.push != (0.0, 0.0):
+            foot = self._feet[side]
+            self._force(self._body, foot, (*support.push, 0.0), centre, WORLD_FRAME)
+            self._torque(self._body, foot, support.torque, WORLD_FRAME)
+
+
+def _own_plane(client: BulletClient, body: int, foot: int) -> int:
+    """A plane that only this foot meets."""
+    plane = add_plane(client, PARKED)
+    for link in links(client, body):
+        if link != foot:
+            client.setCollisionFilterPair(body, plane, link, -1, 0)
+    return plane

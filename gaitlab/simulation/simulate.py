@@ -1,0 +1,221 @@
+"""One trial from its numbers to its log: targets first, then the loop, then the columns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import ceil, hypot, isfinite
+
+import numpy as np
+
+from gaitlab.errors import GaitlabError, Infeasible
+from gaitlab.kinematics.transforms import axis_rotation
+from gaitlab.log import GRAVITY, LogHeader, TrialLog
+from gaitlab.log.fall import FallDetector
+from gaitlab.model import (
+    GANTRY_PITCH,
+    Robot,
+    Start,
+    gantry_of,
+    standing,
+)
+from gaitlab.model.clearance import require_apart
+from gaitlab.model.commands import joint_commands
+from gaitlab.model.gait import FeetPoses, first_step, require_feet
+from gaitlab.model.randomness import randomness
+from gaitlab.servos.law import stiffness, torque_limit
+from gaitlab.simulation.columns import log_of
+from gaitlab.simulation.engine import Engine, TickState
+from gaitlab.simulation.loop import Loop, loop_of
+from gaitlab.simulation.recording import Recording
+from gaitlab.surfaces.tipping import settled
+from gaitlab.trial import Trial
+
+SMALL = 1e-4  # m, by which soles are moved to see how legs bend
+
+__all__ = ["engine_for", "simulate", "start_of"]
+
+
+def simulate(trial: Trial) -> TrialLog:
+    """Walk the robot until it falls or reaches the horizon.
+
+    The same trial gives the same log, bit for bit, on the same wheel and processor.
+
+    Raises:
+        Infeasible: If the robot cannot take a commanded pose; nothing was simulated.
+        GaitlabError: If the simulation leaves the numbers; the trial has no result.
+    """
+    header = _header(trial)
+    ticks = _ticks(trial)
+    feet = trial.gait.feet(np.arange(ticks) * header.dt)
+    require_feet(feet, ticks)
+    header = replace(header, first_step_time=first_step(feet) * header.dt)
+    targets = joint_commands(trial.robot, feet)
+    require_apart(trial.robot, targets, header.dt)
+    with engine_for(trial, feet) as engine:
+        recording = Recording(len(targets), len(header.joints), engine.feet)
+        loop = loop_of(trial, feet, targets)
+        _walk(engine, recording, loop, header, trial)
+    return log_of(recording, trial.robot, header, feet, loop.sent)
+
+
+def engine_for(trial: Trial, feet: FeetPoses) -> Engine:
+    """The engine of a trial, its robot standing on the ground as it is commanded first.
+
+    Args:
+        trial: The trial.
+        feet: What its gait means, at one instant or more.
+    """
+    return Engine(
+        trial.robot,
+        trial.surface,
+        trial.servos,
+        start=start_of(trial, feet),
+        settings=trial.engine,
+        spread=trial.spread,
+        seed=trial.seed,
+    )
+
+
+def start_of(trial: Trial, feet: FeetPoses) -> Start:
+    """Where the robot of a trial stands before its first command.
+
+    Its soles are level, its trunk leans as commanded, and its knees are bent as far as the servos
+    give way under its weight: without an error they have no torque, and it would drop and bounce.
+
+    The tilt of a replicate leans its legs, from the hips to the soles: the trunk is that far ahead
+    and to the right of where it should be, and neither trunk nor soles are turned by it. A robot
+    whose legs cannot take that stands as it is commanded.
+    """
+    first, robot = feet.at(0), trial.robot
+    rng = randomness(trial.seed).pose
+    roll, pitch = trial.spread.tilt * rng.uniform(-1.0, 1.0, 2)
+    offset = trial.spread.position * rng.uniform(-1.0, 1.0, 2)
+    targets = joint_commands(robot, first)[0]
+    lean = axis_rotation("x", roll) @ axis_rotation("y", pitch)
+    leg = first.position[0].mean(axis=0) + np.array([0.0, 0.0, robot.sole.height])
+    level = robot.joint_targets(first)[0]
+    try:
+        leaning = first.moved(lean @ leg - leg + _sink(trial, first))
+        joints = targets + robot.joint_targets(leaning)[0] - level
+    except Infeasible:
+        joints = targets
+    begin = standing(robot, joints, gap=_settled_gap(trial))
+    return begin._replace(position=begin.position + np.append(offset, 0.0), targets=targets)
+
+
+def _sink(trial: Trial, feet: FeetPoses) -> np.ndarray:
+    """By how much the servos let the soles come nearer to the hips of a standing robot, in [m].
+
+    Each servo is a spring. Soles that move by s, forward and upward, bend the joints by J s, and
+    sum stiffness (J s)^2 / 2 - weight s_z is least where (J' K J) s = (0, weight). Shape (3,).
+    """
+    robot = trial.robot
+    if gantry_of(robot) != "none":
+        return np.zeros(3)  # hung up
+    level = robot.joint_targets(feet)[0]
+    along, up = SMALL * np.eye(3)[[0, 2]]
+    bends = np.stack([(robot.joint_targets(feet.moved(by))[0] - level) for by in (along, up)])
+    bends /= SMALL
+    springs = np.zeros(len(level))
+    springs[np.array(robot.tree.driven)] = [stiffness(servo) for servo in trial.servos]
+    weight = np.array([0.0, robot.tree.mass * GRAVITY])
+    x, z = np.linalg.solve(bends * springs @ bends.T, weight)
+    return np.array([x, 0.0, z])
+
+
+def _walk(
+    engine: Engine, recording: Recording, loop: Loop, header: LogHeader, trial: Trial
+) -> None:
+    falling = FallDetector(header.dt, header.standing_height)
+    arrival = _Arrival(round(header.startup_time / header.dt), trial.horizon.distance)
+    centre = trial.robot.tree.links[0].box.centre
+    loop.feel(engine.state())
+    for tick in range(len(loop.sent)):
+        engine.command(loop.target(tick))
+        engine.step()
+        state = engine.state()
+        loop.feel(state)
+        touching = recording.put(state, engine.plough, engine.push)
+        upright, place = _trunk(state, centre)
+        if not isfinite(place[2]):
+            raise GaitlabError(f"the simulation blew up at tick {recording.length}")
+        cause = falling.update(upright, touching, place[2])
+        if cause:
+            recording.end(cause)
+        if cause or arrival.reached(state, place, recording.length):
+            break
+
+
+def _trunk(
+    state: TickState, centre: tuple[float, float, float]
+) -> tuple[float, tuple[float, float, float]]:
+    """Cosine of the trunk's tilt, and where its link frame is, in [m]."""
+    (x, y, z, w), (px, py, pz), (cx, cy, cz) = state.quaternion, state.position, centre
+    r11, r12, r13 = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
+    r21, r22, r23 = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
+    r31, r32, r33 = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
+    return r33, (
+        px - (r11 * cx + r12 * cy + r13 * cz),
+        py - (r21 * cx + r22 * cy + r23 * cz),
+        pz - (r31 * cx + r32 * cy + r33 * cz),
+    )
+
+
+class _Arrival:
+    """Says when the trunk is as far as the horizon asks, along its heading at the start.
+
+    The trunk is where the log has it, at its link frame: its centre of mass swings with its tilt.
+    """
+
+    def __init__(self, start_tick: int, distance: float) -> None:
+        self._start, self._distance = start_tick, distance
+        self._origin, self._heading = (0.0, 0.0), (1.0, 0.0)
+
+    def reached(self, state: TickState, place: tuple[float, float, float], ticks: int) -> bool:
+        if ticks <= self._start:
+            x, y, z, w = state.quaternion
+            cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w)
+            length = hypot(cosine, sine)
+            self._origin, self._heading = place[:2], (cosine / length, sine / length)
+            return False
+        dx, dy = place[0] - self._origin[0], place[1] - self._origin[1]
+        return abs(dx * self._heading[0] + dy * self._heading[1]) >= self._distance
+
+
+def _ticks(trial: Trial) -> int:
+    walking = min(trial.horizon.cycles * trial.gait.gait_period, trial.horizon.time)
+    return ceil((trial.gait.startup_time + walking) / trial.engine.dt - 1e-6)
+
+
+def _header(trial: Trial) -> LogHeader:
+    robot, gait = trial.robot, trial.gait
+    gap, servos = _settled_gap(trial), iter(trial.servos)
+    limits = [torque_limit(next(servos)) if driven else 0.0 for driven in robot.tree.driven]
+    rig = () if gantry_of(robot) == "none" else (GANTRY_PITCH,)
+    return LogHeader(
+        joints=(*(joint.name for joint in robot.tree.joints), *rig),
+        dt=trial.engine.dt,
+        mass=robot.tree.mass,
+        standing_height=robot.hip_offset() + gait.hip_height + gap,
+        startup_time=gait.startup_time,
+        gait_period=gait.gait_period,
+        step_length=gait.step_length,
+        horizon_time=trial.horizon.time,
+        pile_height=trial.surface.height,
+        sole_length=robot.sole.length,
+        sole_width=robot.sole.width,
+        torque_limits=(*limits, *(0.0 for _ in rig)),
+        fsr_positions=_fsr_positions(robot),
+    )
+
+
+def _fsr_positions(robot: Robot) -> tuple[float, ...]:
+    both = [robot.sole.sensors(foot) for foot in range(2)]
+    return tuple(float(x) for table in both if table is not None for x in table.ravel())
+
+
+def _settled_gap(trial: Trial) -> float:
+    """Height of the soles over the base when the robot stands on both feet, in [m]."""
+    surface, robot = trial.surface, trial.robot
+    sink = settled(surface, robot.sole, 0.5 * robot.tree.mass * GRAVITY).sink
+    return float(surface.height - sink)
