@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from gaitlab.documents.printable import visible
 
+DETAILS = "details.md"  # second page of a report, beside the first
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|~$!&])")
 
 
@@ -75,3 +77,12 @@ def details(summary: str, *blocks: str) -> str:
 def section(title: str, *blocks: str) -> str:
     """A heading of the second level and what stands below it, empty blocks left out."""
     return "\n\n".join([f"## {title}", *(block for block in blocks if block)])
+
+
+def write_pages(folder: Path, first: Iterable[str], second: Iterable[str]) -> Path:
+    """Write blocks as README.md and details.md into a folder, empty ones left out; the first."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, blocks in (("README.md", first), (DETAILS, second)):
+        text = "\n\n".join(block for block in blocks if block)
+        (folder / name).write_text(text + "\n", encoding="utf-8")
+    return folder / "README.md"

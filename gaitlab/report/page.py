@@ -16,7 +16,6 @@ from gaitlab.report.comparison import (
 )
 from gaitlab.report.extremes import extremes_blocks
 from gaitlab.report.falls import falls_table, metrics_table, reasons
-from gaitlab.report.forms.tokens import DETAILS
 from gaitlab.report.headline import (
     HOW_TO_READ,
     PRINTED_ROWS,
@@ -27,7 +26,7 @@ from gaitlab.report.headline import (
     verdicts_note,
 )
 from gaitlab.report.maps import cells_map, pair_maps
-from gaitlab.report.markdown import details, escape, fenced, section
+from gaitlab.report.markdown import DETAILS, details, escape, fenced, section, write_pages
 from gaitlab.report.matching import common
 from gaitlab.report.motion import motion_blocks
 from gaitlab.report.provenance import Part, facts_table, gantry_note, part_tables
@@ -65,15 +64,10 @@ class Sources:
 
 def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     """Write README.md, details.md and their figures into a folder; returns README.md."""
-    folder.mkdir(parents=True, exist_ok=True)
-    page = folder / "README.md"
     compared = compared_variants(results), compared_grounds(results)
+    folder.mkdir(parents=True, exist_ok=True)
     first = _first(results, sources, compared, folder)
-    second = _second(results, sources, compared, folder)
-    for file, blocks in ((page, first), (folder / DETAILS, second)):
-        text = "\n\n".join(block for block in blocks if block)
-        file.write_text(text + "\n", encoding="utf-8")
-    return page
+    return write_pages(folder, first, _second(results, sources, compared, folder))
 
 
 def _first(results: Results, sources: Sources, compared: Compared, folder: Path) -> list[str]:

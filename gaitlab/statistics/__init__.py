@@ -3,6 +3,7 @@
 from gaitlab.statistics.clusters import clustered_rank_sum, sign_flip
 from gaitlab.statistics.compare import (
     MOST_SEEDS,
+    RESAMPLES,
     Contrast,
     Key,
     Match,
@@ -14,6 +15,8 @@ from gaitlab.statistics.compare import (
     judged,
     match,
     runs_of,
+    seed_interval,
+    verdict_of,
 )
 from gaitlab.statistics.means import (
     mean_interval,
@@ -53,6 +56,7 @@ from gaitlab.statistics.stability import (
 
 __all__ = [
     "MOST_SEEDS",
+    "RESAMPLES",
     "STABLE_SHARE",
     "Alternative",
     "Contrast",
@@ -83,6 +87,7 @@ __all__ = [
     "mean_share_interval",
     "paired_difference",
     "runs_of",
+    "seed_interval",
     "sign_flip",
     "sign_shares",
     "stability_percent",
@@ -90,5 +95,6 @@ __all__ = [
     "stratified_difference",
     "stratified_difference_interval",
     "values_for_mean",
+    "verdict_of",
     "wilson",
 ]

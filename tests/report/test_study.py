@@ -12,21 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitlab.experiment.study import Numbers
-from gaitlab.report.study.crossings import crossings
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.fresh import gain, optimism, score, verdict
-from gaitlab.report.study.page import write_study_page
-from gaitlab.report.study.search_tables import near_misses
-from gaitlab.report.study.sentences import sentences
+from gaitlab.report.study.fresh import crossings, gain, optimism, score
+from gaitlab.report.study.page import rows_of, write_pages_together, write_study_page
+from gaitlab.report.study.sentences import chance, sentences
 from gaitlab.report.study.tables import (
     constraints_table,
     edge_of,
     fresh_table,
-    gains_table,
     margins_table,
+    near_misses,
     winner_table,
 )
-from gaitlab.report.study.together import rows_of, write_pages_together
 from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from tests.report.study_builder import (
     SPEED,
@@ -62,13 +59,13 @@ def test_a_lead_turned_round_is_a_deficit(one: float, other: float) -> None:
     lead, deficit = (gain(study(), *pair, 0, [TUNED]) for pair in ((here, there), (there, here)))
     assert lead.value == -deficit.value
     words = {"better": "worse", "worse": "better", "cannot tell": "cannot tell"}
-    assert verdict(lead) == words[verdict(deficit)]
+    assert lead.verdict == words[deficit.verdict]
 
 
 def test_a_gait_has_no_lead_over_itself() -> None:
     lead = gain(study(), rerun(0.1), rerun(0.1), 0, [TUNED])
     assert lead.value == 0.0
-    assert verdict(lead) == "cannot tell"
+    assert lead.verdict == "cannot tell"
 
 
 def test_a_smaller_number_leads_when_smaller_is_better() -> None:
@@ -78,14 +75,14 @@ def test_a_smaller_number_leads_when_smaller_is_better() -> None:
     ]
     lead = gain(asked, rerun(0.1), Rerun(label="", values={}, walks=tuple(rolling)), 0, [TUNED])
     assert lead.value > 0
-    assert verdict(lead) == "better"
+    assert lead.verdict == "better"
 
 
 def test_falling_always_is_infinitely_worse_and_said_so() -> None:
     asked = study((SWAY,))
     lead = gain(asked, rerun(0.1), rerun(0.1, {TUNED: 10}), 0, [TUNED])
     assert lead.value == math.inf
-    assert verdict(lead) == "better"
+    assert lead.verdict == "better"
 
 
 def test_optimism_is_what_fresh_seeds_take_away() -> None:
@@ -100,26 +97,41 @@ def test_the_page_sets_the_search_beside_fresh_seeds() -> None:
     assert found.chosen is not None
     assert "winner in the search" in text
     assert f"{found.chosen.objectives[0]:.4g}" in text
-    assert "an optimism of" in sentences(found)
+    assert "On fresh seeds the winner stays up in 10/10" in sentences(found)
 
 
 def test_a_default_as_good_as_the_winner_cannot_be_told_apart() -> None:
     same = (rerun(0.1), rerun(0.1, label=DEFAULT))
     found = replace(toy_findings(), reruns=same)
-    assert "cannot tell" in gains_table(found)
-    assert "cannot be told apart from that of the hand-set default" in sentences(found)
+    assert "cannot tell" in fresh_table(found)
+    assert "cannot be told from that of the hand-set default" in sentences(found)
 
 
 def test_grounds_on_which_the_winner_falls_are_named() -> None:
-    assert "on grass 50 mm it falls in more than half of the walks" in sentences(toy_findings())
+    assert "On grass 50 mm it falls in more than half of the walks" in sentences(toy_findings())
     steady = replace(toy_findings(), reruns=(rerun(0.1),))
-    assert "On 4 other grounds too it stays up" in sentences(steady)
+    assert "it falls in more than half" not in sentences(steady)
 
 
-def test_without_a_random_search_the_page_says_the_command() -> None:
-    assert "--baseline random" in sentences(toy_findings(baseline=False))
-    assert "--baseline random" not in sentences(toy_findings())
-    assert RANDOM in gains_table(toy_findings())
+def test_without_a_random_search_the_page_says_the_command(tmp_path: Path) -> None:
+    bare, whole = (
+        replace(
+            toy_findings(baseline=known), candidates=toy_findings().candidates[:3], margins=None
+        )
+        for known in (False, True)
+    )
+    assert "--baseline random" in write_study_page(bare, tmp_path / "bare").read_text()
+    page = write_study_page(whole, tmp_path / "whole").read_text()
+    assert "--baseline random" not in page.partition("<details>")[0]
+    assert RANDOM in fresh_table(whole)
+    assert "Random search tried" in chance(whole)
+
+
+def test_a_page_answers_on_one_screen_and_links_the_rest(tmp_path: Path) -> None:
+    text = write_study_page(toy_findings(), tmp_path).read_text()
+    assert len(text.splitlines()) <= 150
+    assert text.count("![") == 1
+    assert "](details.md)" in text
 
 
 def test_a_broken_constraint_stands_out_on_fresh_seeds() -> None:
@@ -156,8 +168,8 @@ def test_a_study_in_which_nothing_is_good_enough_names_the_nearest_misses(tmp_pa
     found = hopeless()
     page = write_study_page(found, tmp_path).read_text()
     assert "No candidate of 40 is good enough" in page
-    assert "## The nearest misses" in page
-    assert "## The winner" not in page
+    assert "The nearest misses:" in page
+    assert "hand-set default" not in page
     assert all(candidate.state != "infeasible" for candidate in near_misses(found))
 
 
@@ -175,7 +187,8 @@ def test_the_same_findings_give_the_same_bytes(tmp_path: Path) -> None:
     files = [sorted(page.parent.iterdir()) for page in pages]
     assert [file.name for file in files[0]] == [file.name for file in files[1]]
     assert [f.read_bytes() for f in files[0]] == [f.read_bytes() for f in files[1]]
-    shown = set(re.findall(r"\]\((\w+\.png)\)", pages[0].read_text()))
+    text = pages[0].read_text() + pages[0].with_name("details.md").read_text()
+    shown = set(re.findall(r"\]\((\w+\.png)\)", text))
     assert shown == {file.name for file in files[0] if file.suffix == ".png"}
     assert "front.png" in shown
 

@@ -38,7 +38,7 @@ def test_every_command_of_the_page_works(tmp_path: Path) -> None:
         assert (done.returncode == 0) != expected_missing, f"{command}\n{done.stderr}"
         if expected_missing:
             assert "gaitlab optimize eros_small" in done.stderr
-    page = (tmp_path / "reports" / "our_study" / "README.md").read_text()
+    page = (tmp_path / "reports" / "our_study" / "details.md").read_text()
     assert "## The search" in page
     asked = json.loads(gaitlab("optimize", OWN, "--dry-run", "--json", folder=tmp_path).stdout)
     assert asked["candidates"] == 120

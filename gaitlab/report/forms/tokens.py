@@ -11,7 +11,8 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-DETAILS = "details.md"  # second page of a report, beside the first
+from gaitlab.report.markdown import DETAILS
+
 SECTION = 2  # level of the headings of sections
 DIALECT = "commonmark"  # with tables: what code-hosting pages render
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gaitlab.experiment.study import Numbers
-from gaitlab.report.study.crossings import crossings
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.fresh import gain, optimism, score, stable_of, verdict
+from gaitlab.report.study.fresh import crossings, gain, optimism, score, stable_of
 from gaitlab.report.study.tables import share_moved
 from gaitlab.report.study.words import interval, metric_text, metric_unit, number
 from gaitlab.report.words import share
@@ -43,7 +42,7 @@ def _against(findings: Findings, winner: Rerun) -> Iterator[str]:
             continue
         for place, objective in enumerate(findings.study.objectives):
             lead = gain(findings.study, winner, other, place, findings.grounds)
-            text = f"Against the {other.label}: {metric_text(objective.metric)} {verdict(lead)}, "
+            text = f"Against the {other.label}: {metric_text(objective.metric)} {lead.verdict}, "
             unit = metric_unit(objective.metric)
             yield f"{text}lead {number(lead.value, unit)} {interval(lead.interval)}".rstrip()
 

@@ -1,29 +1,25 @@
-"""Objectives on seeds that the search never saw, with intervals from drawing the seeds again.
+"""Gaits on seeds that the search never saw, and on grounds that it was not tuned on.
 
-A seed stands for one draw of everything that differs between replicates, so whole seeds are drawn,
-with all grounds they walked on, and two gaits are compared seed by seed.
-
-References:
-    Efron1979: Efron, Bootstrap methods: another look at the jackknife, Annals of Statistics, 1979.
+A seed stands for one draw of everything that differs between replicates, so whole seeds are drawn
+again for an interval, with all grounds they walked on, and two gaits are compared seed by seed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import isfinite
+from dataclasses import dataclass
+from math import isfinite, nan
 from typing import NamedTuple
 
-import numpy as np
-
 from gaitlab.experiment.study import Constraint, Objective, Study
-from gaitlab.search.fresh import Rerun
+from gaitlab.report.markdown import escape, table
+from gaitlab.report.study.findings import Findings
+from gaitlab.report.study.words import UNKNOWN
+from gaitlab.report.words import share, surface_text
+from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.search.objectives import TrialOutcome
 from gaitlab.search.objectives import score as scored
-from gaitlab.statistics import Count, Interval
-
-RESAMPLES = 2000  # the ends of a 95 % interval settle to some 3 % of its width
-ENDS = (0.025, 0.975)
-SEED = 0  # of the resampling; the same walks give the same interval
+from gaitlab.statistics import Count, Interval, Verdict, seed_interval, verdict_of, wilson
 
 
 class Score(NamedTuple):
@@ -32,6 +28,11 @@ class Score(NamedTuple):
     value: float
     interval: Interval
     seeds: int
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of a lead, by whether its interval excludes zero."""
+        return verdict_of(self.interval)
 
 
 def score(study: Study, walks: Sequence[TrialOutcome], place: int) -> Score:
@@ -71,13 +72,6 @@ def stable_of(walks: Sequence[TrialOutcome]) -> Count:
     return Count(sum(walk.stable for walk in walks), len(walks))
 
 
-def verdict(lead: Score) -> str:
-    """`better`, `worse` or `cannot tell`, by whether the interval of a lead excludes zero."""
-    return (
-        "better" if lead.interval.low > 0 else "worse" if lead.interval.high < 0 else "cannot tell"
-    )
-
-
 def optimism(told: float, again: float, objective: Objective) -> float | None:
     """How much better the search made a gait look than it is; None if that has no value."""
     if not (isfinite(told) and isfinite(again)):
@@ -101,12 +95,74 @@ def _value(
 
 
 def _resampled(seeds: Sequence[int], value: Callable[[Sequence[int]], float]) -> Score:
-    """A value of all seeds, and its percentile interval when they are drawn again, [Efron1979]."""
-    if not seeds:
-        raise ValueError("an objective of no walks has no value")
-    generator = np.random.default_rng(SEED)
-    draws = generator.choice(np.array(seeds), size=(RESAMPLES, len(seeds)))
-    values = [value([int(seed) for seed in draw]) for draw in draws]
-    # Objectives can be infinitely bad, and nothing lies halfway to infinity.
-    low, high = np.quantile(values, ENDS, method="inverted_cdf")
-    return Score(value(seeds), Interval(float(low), float(high)), len(seeds))
+    """A value of all seeds with its interval."""
+    interval = seed_interval(seeds, value)
+    return Score(value(seeds), interval, len(seeds))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing:
+    """A gait tuned somewhere and run on one ground.
+
+    Attributes:
+        stable: Seeds on their feet to the horizon.
+        n: Seeds with a result.
+        objective: The first objective on this ground alone; NaN if it is not defined there.
+        tuned: Whether this is a ground that it was tuned on.
+    """
+
+    stable: int
+    n: int
+    objective: float
+    tuned: bool
+
+
+def crossings(findings: Findings) -> dict[str, dict[str, Crossing]]:
+    """The walked combinations by label and ground; only those that have any result."""
+    rows = {}
+    for rerun in findings.reruns:
+        cells = {ground: _crossing(findings, rerun, ground) for ground in _grounds(rerun)}
+        if any(cell.n for cell in cells.values()):
+            rows[_row_label(findings, rerun)] = cells
+    return rows
+
+
+def _row_label(findings: Findings, rerun: Rerun) -> str:
+    grounds = " + ".join(surface_text(name) for name in findings.grounds)
+    if rerun.label == WINNER:
+        return f"{grounds}, {findings.experiment.name}"
+    if rerun.label == RANDOM:
+        return f"{grounds}, random search"
+    return "nothing, hand-set default"
+
+
+def _grounds(rerun: Rerun) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(walk.surface for walk in rerun.walks))
+
+
+def _crossing(findings: Findings, rerun: Rerun, ground: str) -> Crossing:
+    walks = rerun.on([ground])
+    found = score(findings.study, walks, 0).value if walks else nan
+    return Crossing(
+        stable=sum(walk.stable for walk in walks),
+        n=len(walks),
+        objective=found,
+        tuned=rerun.label != DEFAULT and ground in findings.grounds,
+    )
+
+
+def crossings_table(rows: dict[str, dict[str, Crossing]]) -> str:
+    """The same as a table, shares with n and interval; where it was tuned in bold."""
+    grounds = list(dict.fromkeys(ground for row in rows.values() for ground in row))
+    body = [
+        [escape(label), *(_crossing_text(row.get(ground)) for ground in grounds)]
+        for label, row in rows.items()
+    ]
+    return table(["tuned on", *(escape(surface_text(name)) for name in grounds)], body, "l")
+
+
+def _crossing_text(cell: Crossing | None) -> str:
+    if cell is None or not cell.n:
+        return UNKNOWN
+    text = share(cell.stable, cell.n, wilson(cell.stable, cell.n))
+    return f"**{text}**" if cell.tuned else text

@@ -16,8 +16,7 @@ from gaitlab.report.markdown import code, escape
 from gaitlab.report.provenance import common_values, seeds_text
 from gaitlab.report.sources import PROVENANCE
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.page import write_study_page
-from gaitlab.report.study.together import write_pages_together
+from gaitlab.report.study.page import write_pages_together, write_study_page
 from gaitlab.search import Candidate, History
 from gaitlab.search.database import command_line, history
 from gaitlab.search.fresh import (

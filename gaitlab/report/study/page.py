@@ -1,55 +1,135 @@
-"""The page of a study: its sections in order and the figures beside it."""
+"""The page of a study, and the page that sets several side by side."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from gaitlab.render.figure_style import save
-from gaitlab.report.markdown import escape, fenced, image, section
+from gaitlab.report.markdown import DETAILS, escape, fenced, image, section, table, write_pages
 from gaitlab.report.provenance import facts_table
-from gaitlab.report.study import robustness_figures, search_figures, search_tables, tables
-from gaitlab.report.study.crossings import Crossing, crossings, crossings_table
+from gaitlab.report.study import figures, tables
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.fresh import RESAMPLES
-from gaitlab.report.study.sentences import random_command, sentences
-from gaitlab.report.study.words import objective_axis, objective_text
+from gaitlab.report.study.fresh import Crossing, crossings, crossings_table, score, stable_of
+from gaitlab.report.study.sentences import asked, chance, random_command, sentences
+from gaitlab.report.study.words import UNKNOWN, interval, number, objective_axis, objective_text
+from gaitlab.report.words import plural, share, surface_text
+from gaitlab.search.fresh import WINNER
+from gaitlab.statistics import RESAMPLES, wilson
 
-HOW_TO_READ = (
-    "Intervals are 95 %: of shares by Wilson, of objectives by drawing the seeds again "
-    f"{RESAMPLES} times. A lead counts as better or worse when its interval excludes zero."
-)
-IMPORTANCE_CAVEAT = (
-    "PED-ANOVA compares where a parameter's values lie among the best tenth of the candidates "
-    "with where they lie among all. It sees one parameter at a time, no interactions, and a "
-    "sampler that has settled hides what it settled on: a parameter of little importance here "
-    "may still fell the robot, see the margins."
-)
-PEER = (
-    "For comparison: the closest published tool, [bit-bots/parallel_parameter_search]"
-    "(https://github.com/bit-bots/parallel_parameter_search) of 2022 (13 parameters, PyBullet and "
-    "Webots, one rigid floor, one repetition), gives 8 to 24 hours on a 12-core Ryzen 5900X for "
-    "1000 trials of 10 s a direction."
-)
+HOW_TO_READ = f"""\
+Intervals are 95 %: of shares by Wilson, of objectives by drawing the seeds again {RESAMPLES} times.
+A lead counts as better or worse when its interval excludes zero. Importance is PED-ANOVA's: where a
+parameter's values lie among the best tenth of the candidates against all. It sees one parameter at
+a time, and a sampler that has settled hides what it settled on: a parameter of little importance
+may still fell the robot, see the margins."""
+FINAL = """\
+The best of many candidates is also the luckiest, so the best few walked with as many seeds again,
+and all of these decided."""
+PEER = """\
+For comparison: the closest published tool, [bit-bots/parallel_parameter_search]\
+(https://github.com/bit-bots/parallel_parameter_search) of 2022 (13 parameters, PyBullet and
+Webots, one rigid floor, one repetition), gives 8 to 24 hours on a 12-core Ryzen 5900X for 1000
+trials of 10 s a direction."""
 
 
 def write_study_page(findings: Findings, folder: Path) -> Path:
-    """Write README.md and its figures into a folder; returns the page."""
+    """Write README.md, details.md and their figures into a folder; returns README.md."""
     folder.mkdir(parents=True, exist_ok=True)
-    title = findings.experiment.title or findings.experiment.name
-    blocks = [
-        f"# {escape(title)}",
+    rows = crossings(findings)
+    picture = _picture(findings, rows, folder)
+    first = [
+        f"# {escape(findings.experiment.title or findings.experiment.name)}",
         escape(findings.experiment.description),
-        sentences(findings),
-        *(_found(findings, folder) if findings.chosen else _nothing_found(findings)),
-        _search(findings, folder),
-        _importance(findings, folder),
-        _provenance(findings),
+        asked(findings) if findings.candidates else "No candidate has been tried yet.",
+        *(_found(findings) if findings.chosen else _nothing_found(findings)),
+        picture,
+        sentences(findings) if findings.candidates else "",
+        _next(findings),
+        _rests_on(findings),
     ]
-    page = folder / "README.md"
-    page.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
-    return page
+    return write_pages(folder, first, _second(findings, rows, folder))
+
+
+def _found(findings: Findings) -> list[str]:
+    return [tables.fresh_table(findings), tables.winner_table(findings)]
+
+
+def _nothing_found(findings: Findings) -> list[str]:
+    if not findings.candidates:
+        return []
+    return ["The nearest misses:", tables.near_misses_table(findings)]
+
+
+def _picture(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path) -> str:
+    """How far the winner may drift; without that where it walks, or how the search went."""
+    margins = findings.margins
+    if margins is not None and margins.seeds and margins.numbers:
+        alt = "How far each parameter may move from the winner before a seed falls"
+        return _figure(figures.margins(findings, margins.numbers), folder, "margins", alt)
+    return _crossings(rows, findings, folder) or _history(findings, folder)
+
+
+def _next(findings: Findings) -> str:
+    """What to run next; nothing where random search has been run."""
+    if findings.drawn or not findings.candidates or findings.chosen is None:
+        return ""
+    return f"To know whether it beats chance:\n\n{fenced(random_command(findings), 'sh')}"
+
+
+def _rests_on(findings: Findings) -> str:
+    walks = sum(len(rerun.on(findings.grounds)) for rerun in findings.reruns)
+    return (
+        f"This rests on {plural(len(findings.candidates), 'candidate')} and "
+        f"{plural(walks, 'walk')} with fresh seeds, of the simulated robot and grounds, whose "
+        f"assumptions `gaitlab show` lists. [Details]({DETAILS}): constraints, other grounds, "
+        "margins, the search, versions, and how to make this page again."
+    )
+
+
+def _second(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path) -> list[str]:
+    front = len(findings.study.objectives) > 1 and findings.front
+    margins = findings.margins
+    return [
+        f"# {escape(findings.experiment.title or findings.experiment.name)}: details",
+        "The answer is on [the page itself](README.md).",
+        section("How to read it", HOW_TO_READ, chance(findings)),
+        _part("Constraints", tables.constraints_table(findings)),
+        _part("The final", tables.final_table(findings), FINAL) if findings.finals else "",
+        crossings_section(rows, objective_axis(findings.study.objectives[0]), folder),
+        _part(
+            "How far may each parameter drift?",
+            "\n\n".join(
+                part
+                for part in (tables.margins_table(findings), tables.switches_table(findings))
+                if part
+            ),
+            _margins_note(findings),
+        )
+        if margins is not None and margins.seeds
+        else "",
+        section(
+            "Pareto front",
+            "No candidate of the front is beaten by another in every objective.",
+            _figure(figures.front(findings), folder, "front", "Objectives against each other"),
+            tables.front_table(findings),
+        )
+        if front
+        else "",
+        _search(findings, folder),
+        section(
+            "Provenance",
+            facts_table(findings.facts),
+            f"This page again:\n\n{fenced(chr(10).join(findings.commands), 'sh')}",
+        ),
+    ]
+
+
+def _part(title: str, body: str, note: str = "") -> str:
+    """A section; empty without a body."""
+    return section(title, note, body) if body else ""
 
 
 def _figure(figure: Figure, folder: Path, name: str, alt: str) -> str:
@@ -57,150 +137,115 @@ def _figure(figure: Figure, folder: Path, name: str, alt: str) -> str:
     return image(alt, f"{name}.png")
 
 
-def _found(findings: Findings, folder: Path) -> list[str]:
-    constraints = tables.constraints_table(findings)
-    return [
-        section("The winner", tables.winner_table(findings), HOW_TO_READ),
-        section(
-            "Is the winner real?",
-            _final(findings),
-            tables.fresh_table(findings),
-            tables.gains_table(findings),
-            constraints,
-            _missing_baseline(findings),
-        ),
-        _crossings(findings, folder),
-        _margins(findings, folder),
-        _front(findings, folder),
-    ]
+def _crossings(rows: dict[str, dict[str, Crossing]], findings: Findings, folder: Path) -> str:
+    return _crossings_picture(rows, objective_axis(findings.study.objectives[0]), folder)
 
 
-def _final(findings: Findings) -> str:
-    if not findings.finals:
-        return ""
-    note = (
-        "The best of many candidates is also the luckiest, so the best few walked with as many "
-        "seeds again, and all of these decided."
-    )
-    return f"{note}\n\n{search_tables.final_table(findings)}"
-
-
-def _missing_baseline(findings: Findings) -> str:
-    if findings.drawn:
-        return ""
-    command = fenced(random_command(findings), "sh")
-    return f"Against random search with the same budget, once this has run:\n\n{command}"
-
-
-def _nothing_found(findings: Findings) -> list[str]:
-    if not findings.candidates:
-        return []
-    return [section("The nearest misses", search_tables.near_misses_table(findings))]
-
-
-def _crossings(findings: Findings, folder: Path) -> str:
-    rows = crossings(findings)
+def _crossings_picture(rows: dict[str, dict[str, Crossing]], units: str, folder: Path) -> str:
     if not rows:
         return ""
-    return crossings_section(rows, objective_axis(findings.study.objectives[0]), folder)
+    alt = "Stable share of each gait on each ground; a frame marks the grounds it was tuned on"
+    return _figure(figures.crossings(rows, units), folder, "tuned_on_run_on", alt)
 
 
 def crossings_section(rows: dict[str, dict[str, Crossing]], units: str, folder: Path) -> str:
-    """Tuned on one ground and run on another, as a picture and a table."""
-    picture = _figure(
-        robustness_figures.crossings(rows, units),
-        folder,
-        "tuned_on_run_on",
-        "Stable share of each gait on each ground; a frame marks the grounds it was tuned on",
-    )
+    """Tuned on one ground and run on another, as a picture and a table; empty without rows."""
+    if not rows:
+        return ""
     note = "Every row walked with the same fresh seeds. Bold or framed: the ground it was tuned on."
+    picture = _crossings_picture(rows, units, folder)
     return section("Tuned on one ground, run on another", note, picture, crossings_table(rows))
 
 
-def _margins(findings: Findings, folder: Path) -> str:
+def _margins_note(findings: Findings) -> str:
     margins = findings.margins
-    if margins is None or not margins.seeds:
+    if margins is None:
         return ""
-    picture = ""
-    if margins.numbers:
-        alt = "How far each parameter may move from the winner before a seed falls"
-        picture = _figure(
-            robustness_figures.margins(findings, margins.numbers), folder, "margins", alt
-        )
-    note = (
+    unfinished = "" if margins.complete else " **Incomplete: some of these walks have not run.**"
+    return (
         "Each parameter moved alone, outwards from the winner until a seed falls that stays up at "
         f"the winner, then halved twice; n = {margins.seeds} seeds on every ground of the study. "
-        "Limits may lie outside the searched range."
-    )
-    unfinished = "" if margins.complete else "**Incomplete: some of these walks have not run.**"
-    return section(
-        "How far may each parameter drift?",
-        note,
-        unfinished,
-        picture,
-        tables.margins_table(findings),
-        tables.switches_table(findings),
+        f"Limits may lie outside the searched range.{unfinished}"
     )
 
 
-def _front(findings: Findings, folder: Path) -> str:
-    if len(findings.study.objectives) < 2 or not findings.front:
+def _history(findings: Findings, folder: Path) -> str:
+    if not findings.candidates:
         return ""
-    alt = "Objectives of all candidates against each other, the Pareto front joined"
-    picture = _figure(search_figures.front(findings), folder, "front", alt)
-    note = "No candidate of the front is beaten by another in every objective."
-    return section("Pareto front", note, picture, search_tables.front_table(findings))
+    alt = "Objective of every candidate in the order of the search, and the best so far"
+    return _figure(figures.history(findings), folder, "history", alt)
 
 
 def _search(findings: Findings, folder: Path) -> str:
     if not findings.candidates:
-        return section("The search", "No candidate has been tried yet.")
-    pictures = [
-        _figure(
-            search_figures.history(findings),
-            folder,
-            "history",
-            "Objective of every candidate in the order of the search, and the best so far",
-        )
-    ]
-    several = len(findings.study.objectives) > 1
-    for place, objective in enumerate(findings.study.objectives):
-        asked = objective_text(objective, len(findings.grounds))
-        pictures.append(
-            _figure(
-                search_figures.slices(findings, place),
-                folder,
-                f"slices_{objective.metric}" if several else "slices",
-                f"Every searched parameter against the objective: {asked}",
-            )
-        )
+        return ""
     note = (
         "Thin vertical lines are the borders of batches; a candidate that was given up early "
         "stands at what its first seeds gave."
     )
-    return section(
-        "The search", note, *pictures, search_tables.search_table(findings), _throughput(findings)
-    )
+    rate = ""
+    if findings.wall:
+        rate = (
+            f"The walks of the search took {findings.wall / 60.0:.1f} core minutes: "
+            f"{findings.used / findings.wall:.1f} simulated robot-seconds per second of one core."
+        )
+    picture = _history(findings, folder)
+    return section("The search", picture, note, tables.search_table(findings), rate, PEER)
 
 
-def _throughput(findings: Findings) -> str:
-    if not findings.wall:
-        return PEER
-    rate = findings.used / findings.wall
-    return (
-        f"The walks of the search took {findings.wall / 60.0:.1f} core minutes: {rate:.1f} "
-        f"simulated robot-seconds per second of one core. {PEER}"
-    )
+def write_pages_together(found: Sequence[Findings], folder: Path) -> Path:
+    """Write README.md over several studies, and a folder below it for the page of each."""
+    for findings in found:
+        write_study_page(findings, folder / findings.experiment.name)
+    names = " and ".join(findings.experiment.name for findings in found)
+    axes = {objective_axis(findings.study.objectives[0]) for findings in found}
+    units = axes.pop() if len(axes) == 1 else "first objective of each study"
+    runs = [findings.commands[0] for findings in found]
+    report = f"gaitlab report {' '.join(findings.called for findings in found)}"
+    rest = found[0].commands[1].partition(found[0].called)[2]
+    again = fenced("\n".join([*runs, report + rest]), "sh")
+    blocks = [
+        f"# {escape(names)}",
+        "What each study found, on seeds that no search saw; its own page is linked.",
+        _studies(found),
+        crossings_section(rows_of(found), units, folder),
+        section("Provenance", f"This page again:\n\n{again}"),
+    ]
+    page = folder / "README.md"
+    page.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
+    return page
 
 
-def _importance(findings: Findings, folder: Path) -> str:
-    if not any(findings.importance):
-        return ""
-    alt = "Importance of each searched parameter"
-    picture = _figure(robustness_figures.importance(findings), folder, "importance", alt)
-    return section("What mattered", picture, IMPORTANCE_CAVEAT)
+def rows_of(found: Sequence[Findings]) -> dict[str, dict[str, Crossing]]:
+    """Rows of all studies in one matrix; a default that several share stands there once."""
+    rows: dict[str, dict[str, Crossing]] = {}
+    for findings in found:
+        for label, row in crossings(findings).items():
+            free = (
+                label if rows.get(label, row) == row else f"{label} of {findings.experiment.name}"
+            )
+            rows[free] = row
+    return rows
 
 
-def _provenance(findings: Findings) -> str:
-    again = f"This page again:\n\n{fenced(chr(10).join(findings.commands), 'sh')}"
-    return section("Provenance", facts_table(findings.facts), again)
+def _studies(found: Sequence[Findings]) -> str:
+    rows = [
+        [
+            f"[{escape(findings.experiment.name)}]({findings.experiment.name}/README.md)",
+            escape(", ".join(surface_text(name) for name in findings.grounds)),
+            *_result(findings),
+        ]
+        for findings in found
+    ]
+    return table(["study", "tuned on", "asked", "on fresh seeds", "stable there"], rows, "lllrr")
+
+
+def _result(findings: Findings) -> list[str]:
+    wanted = escape(objective_text(findings.study.objectives[0], len(findings.grounds)))
+    winner = findings.rerun(WINNER)
+    walks = winner.on(findings.grounds) if winner else ()
+    if not walks:
+        return [wanted, UNKNOWN, UNKNOWN]
+    again, (up, n) = score(findings.study, walks, 0), stable_of(walks)
+    text = f"{number(again.value)} {escape(interval(again.interval))}".rstrip()
+    return [wanted, text, share(up, n, wilson(up, n))]

@@ -1,4 +1,4 @@
-"""The tables of what a study found: the winner, its proof on fresh seeds, its margins."""
+"""The tables of a study: the winner, its proof on fresh seeds, its margins, and the search."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 
 from gaitlab.experiment import Value
-from gaitlab.experiment.study import Choices, Numbers
+from gaitlab.experiment.study import Choices, Numbers, Objective
 from gaitlab.report.markdown import code, escape, table
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.fresh import constraint_value, gain, score, stable_of, verdict
+from gaitlab.report.study.fresh import constraint_value, gain, score, stable_of
 from gaitlab.report.study.words import (
     UNKNOWN,
-    better,
     constraint_text,
     interval,
     metric_text,
@@ -21,17 +20,22 @@ from gaitlab.report.study.words import (
     objective_text,
     range_text,
     value,
+    with_unit,
 )
 from gaitlab.report.words import share
-from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search import Candidate
+from gaitlab.search.fresh import WINNER, Rerun
 from gaitlab.search.margins import Margin, Reach
+from gaitlab.search.objectives import misses
 from gaitlab.statistics import wilson
 
+NEAREST = 5  # candidates that nearly fulfilled the constraints
+SHOWN_FRONT = 12  # candidates of a Pareto front
 AT_THE_EDGE = 0.02  # of the range; a winner so near its end may want more of it
 
 
 def winner_table(findings: Findings) -> str:
-    """Every searched parameter: default, range and the winner's value, a warning at the edge."""
+    """Every searched parameter: the winner's value, default, range, importance, a warning."""
     winner = findings.chosen
     if winner is None:
         return ""
@@ -41,11 +45,19 @@ def winner_table(findings: Findings) -> str:
             escape(value(winner.values.get(item.path), findings.unit(item.path))),
             escape(value(findings.defaults.get(item.path), findings.unit(item.path))),
             escape(range_text(item, findings.unit(item.path))),
+            _importance(findings, item.path),
             _remark(item, winner.values.get(item.path)),
         ]
         for item in findings.study.search
     ]
-    return table(["parameter", "winner", "hand-set default", "searched", ""], rows, "lrrll")
+    return table(
+        ["parameter", "winner", "hand-set default", "searched", "importance", ""], rows, "lrrlrl"
+    )
+
+
+def _importance(findings: Findings, path: str) -> str:
+    """Share of what separates good candidates from others, one number an objective."""
+    return ", ".join(f"{of.get(path, 0.0):.0%}" for of in findings.importance if of)
 
 
 def _remark(item: Numbers | Choices, found: Value | None) -> str:
@@ -67,67 +79,43 @@ def edge_of(item: Numbers | Choices, found: Value | None) -> str:
 
 
 def fresh_table(findings: Findings) -> str:
-    """Objectives in the search and on fresh seeds: what was promised and what is kept."""
+    """What the search promised and fresh seeds keep, and the winner's lead over the others."""
     objectives = findings.study.objectives
-    head = [
-        "",
-        "seeds",
-        *(
-            escape(f"{objective_text(o, len(findings.grounds))}{_unit(o.metric)}")
-            for o in objectives
-        ),
-    ]
+    head = ["", "seeds"]
+    for objective in objectives:
+        head.append(escape(objective_text(objective, len(findings.grounds)) + _unit(objective)))
+        head.append("lead of the winner [95 %]")
     rows = []
     if findings.chosen is not None:
-        told = [number(found) for found in findings.chosen.objectives]
-        rows.append(["winner in the search", f"{findings.chosen.seeds}, its own", *told])
+        told = [cell for found in findings.chosen.objectives for cell in (number(found), "")]
+        rows.append(["winner in the search", f"{findings.chosen.seeds}, its own", *told, ""])
     for rerun in findings.reruns:
-        walks = rerun.on(findings.grounds)
-        if walks:
-            rows.append([f"{rerun.label} on fresh seeds", _seeds(walks), *_scores(findings, rerun)])
-    return table([*head, "stable"], [[*row, _stable(findings, row[0])] for row in rows], "lr")
+        if walks := rerun.on(findings.grounds):
+            seeds = str(len({walk.seed for walk in walks}))
+            up, n = stable_of(walks)
+            cells = [cell for pair in _scores(findings, rerun) for cell in pair]
+            stable = share(up, n, wilson(up, n))
+            rows.append([f"{rerun.label} on fresh seeds", seeds, *cells, stable])
+    return table([*head, "stable"], rows, "lr")
 
 
-def _unit(metric: str) -> str:
-    unit = metric_unit(metric)
+def _unit(objective: Objective) -> str:
+    unit = metric_unit(objective.metric)
     return f" [{unit}]" if unit else ""
 
 
-def _seeds(walks: Sequence[object]) -> str:
-    return str(len({getattr(walk, "seed", None) for walk in walks}))
-
-
-def _scores(findings: Findings, rerun: Rerun) -> Iterator[str]:
-    walks = rerun.on(findings.grounds)
+def _scores(findings: Findings, rerun: Rerun) -> Iterator[tuple[str, str]]:
+    """Each objective of a gait on fresh seeds, and how far the winner leads it on the same ones."""
+    winner, walks = findings.rerun(WINNER), rerun.on(findings.grounds)
     for place in range(len(findings.study.objectives)):
         found = score(findings.study, walks, place)
-        yield f"{number(found.value)} {escape(interval(found.interval))}".rstrip()
-
-
-def _stable(findings: Findings, label: str) -> str:
-    rerun = findings.rerun(label.removesuffix(" on fresh seeds"))
-    if rerun is None:
-        return ""
-    up, n = stable_of(rerun.on(findings.grounds))
-    return share(up, n, wilson(up, n)) if n else UNKNOWN
-
-
-def gains_table(findings: Findings) -> str:
-    """The winner's lead over what it is compared with, paired by seed and ground."""
-    winner = findings.rerun(WINNER)
-    if winner is None:
-        return ""
-    rows = []
-    for other in (findings.rerun(DEFAULT), findings.rerun(RANDOM)):
-        if other is None or not other.on(findings.grounds):
+        text = f"{number(found.value)} {escape(interval(found.interval))}".rstrip()
+        if winner is None or rerun.label == WINNER:
+            yield text, ""
             continue
-        for place, objective in enumerate(findings.study.objectives):
-            found = gain(findings.study, winner, other, place, findings.grounds)
-            what = f"{metric_text(objective.metric)}, {better(objective)} is better"
-            lead = f"{number(found.value)} {escape(interval(found.interval))}"
-            rows.append([f"winner against {other.label}", escape(what), lead, verdict(found)])
-    head = ["", "objective", "lead of the winner [95 %]", ""]
-    return table(head, rows, "llrl") if rows else ""
+        lead = gain(findings.study, winner, rerun, place, findings.grounds)
+        told = lead.verdict if lead.verdict == "cannot tell" else f"**{lead.verdict}**"
+        yield text, f"{number(lead.value)} {escape(interval(lead.interval))} {told}"
 
 
 def constraints_table(findings: Findings) -> str:
@@ -201,3 +189,102 @@ def switches_table(findings: Findings) -> str:
         for option, holds in switch.holds.items()
     ]
     return table(["choice", "winner", "instead", ""], rows, "lccc") if rows else ""
+
+
+def front_table(findings: Findings) -> str:
+    """The candidates of the Pareto front with their values."""
+    if len(findings.study.objectives) < 2 or not findings.front:
+        return ""
+    ordered = sorted(findings.front, key=lambda candidate: candidate.objectives)
+    return _candidates_table(findings, ordered[:: max(1, len(ordered) // SHOWN_FRONT)])
+
+
+def final_table(findings: Findings) -> str:
+    """The finalists by what they did in the search and with all seeds of the final."""
+    told = {candidate.number: candidate for candidate in findings.candidates}
+    objective = findings.study.objectives[0]
+    what = escape(with_unit(metric_text(objective.metric), metric_unit(objective.metric)))
+    rows = [
+        [
+            f"{one.number}" + (", winner" if one == findings.chosen else ""),
+            f"{number(told[one.number].objectives[0])}, n = {told[one.number].seeds}",
+            f"{number(one.objectives[0])}, n = {one.seeds}",
+            "hold" if one.feasible else "**broken**",
+        ]
+        for one in findings.finals
+    ]
+    head = ["candidate", f"{what} in the search", "with the seeds of the final", "constraints"]
+    return table(head, rows, "lrrc")
+
+
+def near_misses(findings: Findings) -> list[Candidate]:
+    """Candidates that walked, the least broken first; those that cannot be walked last."""
+    order = sorted(
+        findings.candidates, key=lambda c: (c.state == "infeasible", _broken(c), c.number)
+    )
+    return order[:NEAREST]
+
+
+def _broken(candidate: Candidate) -> float:
+    return sum(max(0.0, found) for found in candidate.violations if math.isfinite(found))
+
+
+def near_misses_table(findings: Findings) -> str:
+    """The nearest misses with how far they break the constraints."""
+    missed = [
+        escape("; ".join(misses(findings.study, c.objectives, c.violations)))
+        for c in near_misses(findings)
+    ]
+    return _candidates_table(findings, near_misses(findings), missed)
+
+
+def _candidates_table(
+    findings: Findings, chosen: Sequence[Candidate], missed: Sequence[str] = ()
+) -> str:
+    search, study = findings.study.search, findings.study
+    head = [
+        "candidate",
+        *(
+            escape(with_unit(metric_text(o.metric), metric_unit(o.metric)))
+            for o in study.objectives
+        ),
+        *(["misses"] if missed else []),
+        *(code(item.path) for item in search),
+    ]
+    rows = [
+        [
+            f"{c.number}",
+            *(number(found) for found in _objectives(c, len(study.objectives))),
+            *missed[place : place + 1],
+            *(escape(value(c.values.get(item.path))) for item in search),
+        ]
+        for place, c in enumerate(chosen)
+    ]
+    return table(head, rows, "r" * len(head))
+
+
+def _objectives(candidate: Candidate, count: int) -> list[float]:
+    return [*map(float, candidate.objectives), *[math.nan] * count][:count]
+
+
+def search_table(findings: Findings) -> str:
+    """How the search went: candidates by how they ended, and what racing saved."""
+    states = [candidate.state for candidate in findings.candidates]
+    rows = [
+        ["candidates", str(len(states))],
+        ["walked with all seeds", str(states.count("done"))],
+        ["given up early", str(states.count("pruned"))],
+        ["cannot be walked", str(states.count("infeasible"))],
+        ["simulated", f"{number(findings.used)} s of {number(findings.planned)} s"],
+        ["saved by racing", saving_text(findings)],
+    ]
+    return table(["", ""], rows, "lr")
+
+
+def saving_text(findings: Findings) -> str:
+    """Share of the simulated time that giving up early saved."""
+    if findings.study.racing is None:
+        return "racing was off"
+    if not findings.planned:
+        return UNKNOWN
+    return f"{1.0 - findings.used / findings.planned:.0%} of the simulated time"
