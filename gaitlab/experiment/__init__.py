@@ -27,7 +27,7 @@ SI units and radians throughout. Keys:
     one_at_a_time:                  the base, then each path varied alone
       gait.step_height: [0.02, 0.03, 0.04]
     design:                         points that fill a box: a sweep of many parameters at once,
-      {type: sobol, points: 64, ...}  see `gaitlab.experiment.design_reading`
+      {type: sobol, points: 64, ...}  see `gaitlab.experiment.design`
     study:                          parameters that are searched, instead of varied: a file for
       {...}                           `gaitlab optimize`, see `gaitlab.experiment.study_reading`
     seeds: 10                       seeds 0 to 9, or a list of seeds

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Container, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from gaitlab.documents import Node, build, check, checked, collected
-from gaitlab.errors import FileError, GaitlabError, Problem, UnknownName
+from gaitlab.documents import (
+    Node,
+    Reader,
+    build,
+    check,
+    checked,
+    collected,
+    read_each,
+    read_mapping,
+)
+from gaitlab.errors import FileError, GaitlabError, Problem
 from gaitlab.experiment.parts import (
     NO_BALANCE,
     SERVO_TYPE,
@@ -168,27 +179,20 @@ def read_metrics(node: Node | None) -> tuple[Plugin, ...]:
     if not isinstance(node.value, tuple):
         message = f"metrics: found {node.found()}; expected a list of files, [./my_metric.py]"
         raise FileError([node.problem(message)])
-    problems: list[Problem] = []
-    found = [collected(problems, lambda item=item: _metric(item)) for item in node.items]  # type: ignore[misc]
-    codes = [code for code in found if code is not None]
-    for code in codes:
-        if sum(label(other.name) == label(code.name) for other in codes) > 1:
-            problems.append(node.problem(f"metrics: two files are called {label(code.name)}"))
-    if problems:
-        raise FileError(list(dict.fromkeys(problems)))
+    codes = read_each(node.items, _read_metric)
+    twice = [name for name, n in Counter(label(code.name) for code in codes).items() if n > 1]
+    if twice:
+        raise FileError([node.problem(f"metrics: two files are called {name}") for name in twice])
     return tuple(codes)
 
 
-def _metric(node: Node) -> Plugin:
+def _read_metric(node: Node) -> Plugin:
     if not isinstance(node.value, str) or not is_file_name(node.value):
-        raise FileError(
-            [
-                node.problem(
-                    f"metrics: found {node.found()}; expected a file of your own, ./my_metric.py. "
-                    "Those of gaitlab are always measured; `metrics:` of `report:` draws them"
-                )
-            ]
+        message = (
+            f"metrics: found {node.found()}; expected a file of your own, ./my_metric.py. Those of "
+            "gaitlab are always measured; `metrics:` of `report:` draws them"
         )
+        raise FileError([node.problem(message)])
     code = checked(node, lambda: plugin("metric", str(node.value), node.folder))
     take_in(Path(code.name))
     return code
@@ -206,25 +210,22 @@ def read_depends(node: Node | None) -> list[Path] | None:
     if node is None:
         return None
     if not isinstance(node.value, tuple):
-        message = (
-            f"depends: found {node.found()}; expected a list of files and folders, [./lift.csv]"
-        )
-        raise FileError([node.problem(message)])
-    problems: list[Problem] = []
-    found: list[Path] = []
-    for item in node.items:
-        place = item.folder / str(item.value)
-        if isinstance(item.value, str) and is_file_name(item.value) and place.is_file():
-            found.append(place)
-        elif isinstance(item.value, str) and is_file_name(item.value) and place.is_dir():
+        what = f"found {node.found()}; expected a list of files and folders, [./lift.csv]"
+        raise FileError([node.problem(f"depends: {what}")])
+    return [path for paths in read_each(node.items, _read_dependency) for path in paths]
+
+
+def _read_dependency(node: Node) -> list[Path]:
+    place = node.folder / str(node.value)
+    if isinstance(node.value, str) and is_file_name(node.value):
+        if place.is_file():
+            return [place]
+        if place.is_dir():
             inside = (path for path in sorted(place.rglob("*")) if "__pycache__" not in path.parts)
-            found += [path for path in inside if path.is_file()]
-        else:
-            what = f"{item.found()}: there is no such file; expected one relative to {item.folder}"
-            problems.append(item.problem(f"depends: found {what}, a folder with a slash, ./tables"))
-    if problems:
-        raise FileError(problems)
-    return found
+            return [path for path in inside if path.is_file()]
+    what = f"{node.found()}: there is no such file; expected one relative to {node.folder}"
+    message = f"depends: found {what}, a folder with a slash, ./tables"
+    raise FileError([node.problem(message)])
 
 
 def read_surfaces(sections: Sections) -> dict[str, Surface]:
@@ -233,10 +234,14 @@ def read_surfaces(sections: Sections) -> dict[str, Surface]:
     Raises:
         FileError: All mistakes.
     """
+    listed = sections.surfaces
+    if not listed.items:
+        expected = f"expected a list of names or files. Known: {', '.join(names('surface'))}"
+        raise FileError([listed.problem(f"surfaces: found {listed.found()}; {expected}")])
     problems: list[Problem] = []
     found: dict[str, Surface] = {}
     first: dict[str, str] = {}  # how each label was written
-    for node in _listed(sections.surfaces):
+    for node in listed.items:
         surface = collected(problems, lambda node=node: _surface(node))  # type: ignore[misc]
         written = str(node.value)
         called = label(written)
@@ -256,15 +261,6 @@ def read_surfaces(sections: Sections) -> dict[str, Surface]:
     return _with_settings(found, sections.surface)
 
 
-def _listed(node: Node) -> tuple[Node, ...]:
-    if not node.items:
-        what = "an empty list" if node.value == () else node.found()
-        known = ", ".join(names("surface"))
-        message = f"surfaces: found {what}; expected a list of names or files. Known: {known}"
-        raise FileError([node.problem(message)])
-    return node.items
-
-
 def _surface(node: Node) -> Surface:
     if not isinstance(node.value, str):
         known = ", ".join(names("surface"))
@@ -280,31 +276,29 @@ def _with_settings(surfaces: dict[str, Surface], node: Node | None) -> dict[str,
     if not node.mapping:
         message = f"surface: found {node.found()}; expected a mapping of settings for every surface"
         raise FileError([node.problem(message)])
-    problems: dict[int, list[Problem]] = {}  # by key; one ground's complaint stands for all
+    settings = dict(read_each(node.mapping, partial(_read_setting, node, surfaces)))
+    return {
+        name: checked(node, partial(changed, surface, {k: v[name] for k, v in settings.items()}))
+        for name, surface in surfaces.items()
+    }
+
+
+def _read_setting(
+    node: Node, surfaces: Mapping[str, Surface], key: str
+) -> tuple[str, dict[str, Value]]:
+    """A setting and its value on each surface; the complaint of the first one stands for all."""
+    values = {}
     for name, surface in surfaces.items():
-        settings: dict[str, Value] = {}
-        for place, (key, value) in enumerate(node.mapping.items()):
-            try:
-                settings[key] = _setting(name, surface, key, node, value)
-            except FileError as error:
-                problems.setdefault(place, error.problems)
-        if not problems:
-            surfaces[name] = checked(node, lambda s=surface, v=settings: changed(s, v))  # type: ignore[misc]
-    if problems:
-        raise FileError([problem for found in problems.values() for problem in found])
-    return surfaces
-
-
-def _setting(name: str, surface: Surface, key: str, node: Node, value: Node) -> Value:
-    table = parameter_table(type(surface))
-    if key not in table:
-        message = (
-            f"surface: {key!r} is no parameter of {name}, a surface of type {surface.type!r}"
-            f"{suggestion(key, table)}"
-        )
-        raise FileError([node.keys[key].problem(message)])
-    found: Value = check(dataclasses.replace(table[key], name=f"surface.{key}"), value)
-    return found
+        table = parameter_table(type(surface))
+        if key not in table:
+            message = (
+                f"surface: {key!r} is no parameter of {name}, a surface of type {surface.type!r}"
+                f"{suggestion(key, table)}"
+            )
+            raise FileError([node.keys[key].problem(message)])
+        item = dataclasses.replace(table[key], name=f"surface.{key}")
+        values[name] = check(item, node.mapping[key])
+    return key, values
 
 
 def read_servo(node: Node | None) -> dict[str, Value]:
@@ -313,28 +307,13 @@ def read_servo(node: Node | None) -> dict[str, Value]:
     Raises:
         FileError: All mistakes.
     """
-    if node is None:
+    if node is None or node.value == {}:
         return {}
-    if not isinstance(node.value, Mapping):
-        message = f"servo: found {node.found()}; expected a name, or a mapping of settings"
-        raise FileError([node.problem(message)])
-    problems: list[Problem] = []
-    found: dict[str, Value] = {}
-    for key, value in node.mapping.items():
-        try:
-            found[key] = _servo_setting(key, value)
-        except FileError as error:
-            problems += error.problems
-        except UnknownName as error:
-            problems.append(node.keys[key].problem(str(error)))
-    if problems:
-        raise FileError(problems)
-    return found
-
-
-def _servo_setting(key: str, node: Node) -> Value:
-    table = {"type": SERVO_TYPE, **parameter_table(Servo)}
-    if key not in table:
-        raise UnknownName(f"servo: unknown key {key!r}{suggestion(key, table)}")
-    value: Value = check(dataclasses.replace(table[key], name=f"servo.{key}"), node)
-    return servo_type(node, str(value)) if key == "type" else value
+    keys: dict[str, Reader] = {
+        "type": lambda node: servo_type(
+            node, str(check(dataclasses.replace(SERVO_TYPE, name="servo: type"), node))
+        ),
+        **parameter_table(Servo),
+    }
+    expected = "expected a name, or a mapping of settings"
+    return read_mapping("servo", node, keys, expected=expected)

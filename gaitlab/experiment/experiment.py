@@ -14,8 +14,7 @@ from gaitlab.documents import Node, build, checked, collected, dump, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_depends, read_parts
 from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
-from gaitlab.experiment.design import Design
-from gaitlab.experiment.design_reading import box_paths, low_values, read_design
+from gaitlab.experiment.design import Design, box_paths, low_values, read_design
 from gaitlab.experiment.digest import digest
 from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts, Value

@@ -8,7 +8,7 @@ from dataclasses import replace
 from gaitlab.documents import Node
 from gaitlab.errors import FileError, Problem, UnknownName
 from gaitlab.experiment.axes import Axis
-from gaitlab.experiment.design_reading import box_paths
+from gaitlab.experiment.design import box_paths
 from gaitlab.experiment.reference import load_reference
 from gaitlab.experiment.reference import names as reference_names
 from gaitlab.experiment.schema import ReportSettings, Sections

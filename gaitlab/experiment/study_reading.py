@@ -35,11 +35,12 @@ from gaitlab.documents import (
     read_mapping,
 )
 from gaitlab.errors import FileError, GaitlabError, Problem
-from gaitlab.experiment.falling import BACKWARDS, MISLEADING
 from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.samplers import DEFAULT, misfits, read_sampler
 from gaitlab.experiment.search_reading import first_values, read_search
 from gaitlab.experiment.study import (
+    BACKWARDS,
+    MISLEADING,
     Aggregate,
     Choices,
     Constraint,

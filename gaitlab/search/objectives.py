@@ -1,7 +1,7 @@
 """How good a candidate of a study is, from its trials: objectives, constraints, feasibility.
 
 Pure and without an opinion on how the search goes on. What a fallen trial counts as is said in
-`gaitlab.experiment.falling`. Seeds become one number on each surface first, surfaces one number
+`gaitlab.experiment.study`. Seeds become one number on each surface first, surfaces one number
 second.
 
 References:
@@ -16,8 +16,15 @@ from dataclasses import dataclass
 from math import ceil, floor, fsum, inf, isfinite, nan
 from typing import Literal
 
-from gaitlab.experiment.falling import is_measured, worst
-from gaitlab.experiment.study import Aggregate, Constraint, Direction, Objective, Study
+from gaitlab.experiment.study import (
+    Aggregate,
+    Constraint,
+    Direction,
+    Objective,
+    Study,
+    is_measured,
+    worst,
+)
 from gaitlab.metrics import Value
 from gaitlab.plan import PlannedTrial
 from gaitlab.store import Index, State

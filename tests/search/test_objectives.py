@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gaitlab.experiment import study as s
-from gaitlab.experiment.falling import BACKWARDS, MEASURED, MISLEADING, NOWHERE
+from gaitlab.experiment.study import BACKWARDS, MEASURED, MISLEADING, NOWHERE
 from gaitlab.metrics import metric
 from gaitlab.search.objectives import (
     TrialOutcome,
