@@ -44,11 +44,17 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 """
 
 from gaitlab.experiment.axes import Axis, combinations
-from gaitlab.experiment.candidate import candidate
 from gaitlab.experiment.design import Design, Follower, Quantity
-from gaitlab.experiment.experiment import Experiment, form_of, in_form, load_experiment
+from gaitlab.experiment.experiment import (
+    Experiment,
+    candidate,
+    form_of,
+    in_form,
+    refuse_study,
+    study_of,
+)
+from gaitlab.experiment.loading import is_reproduction, load_experiment, studies
 from gaitlab.experiment.parts import NO_BALANCE, Parts, Value, changed, changes_of, owned, try_out
-from gaitlab.experiment.purposes import is_reproduction, refuse_study, studies, study_of
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
 

@@ -1,39 +1,33 @@
-"""An experiment that was read and found right: the one thing that planning starts from."""
+"""An experiment that was read and found right: the one thing that planning starts from.
+
+A candidate of a study is an experiment of its own too, whose trials are ordinary ones.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import re
-import shlex
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
-from gaitlab.documents import Node, build, checked, collected, dump, plain
-from gaitlab.errors import FileError, Problem, UsageError
-from gaitlab.experiment.assembly import read_depends, read_parts
-from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
-from gaitlab.experiment.design import Design, box_paths, low_values, read_design
-from gaitlab.experiment.digest import digest
-from gaitlab.experiment.layout import read_layout
+from gaitlab.canonical import canonical_json, values
+from gaitlab.documents import Node
+from gaitlab.errors import FileError, UsageError, WrongValue
+from gaitlab.experiment.axes import Axis, refusals
+from gaitlab.experiment.design import Design
 from gaitlab.experiment.parts import Parts, Value
-from gaitlab.experiment.reading import apply_setting, read_tree, walker_trees
-from gaitlab.experiment.schema import ReportSettings, Sections
+from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
-from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
-from gaitlab.plugins import forget_user_code, locate
-from gaitlab.trial import Plugin
+from gaitlab.plugins import label
 
-REPRODUCTION = "reproduction"  # key of a file that is no experiment
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
-DEFAULT_SEEDS = 10  # replicates, what a share needs before it says anything
-MOST_SEEDS = 10**9  # replicates
-MOST_REHEARSED = 100  # values of a path at which one's own code is watched before anything runs
-LARGEST_SEED = 2**63 - 1
 LONGEST_NAME = 100  # characters of a folder of the store
 LONGEST_FORM = 50  # characters that tell of options
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
+PROPOSED = Path("candidate")  # what the values of a candidate stand in, for a message
+USUAL = "foot_travel"  # reading of a file that names none, as digests have always called it
+DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,45 +85,6 @@ class Experiment:
         return tuple(path for axis in self.axes for path in axis.paths)
 
 
-def load_experiment(
-    name_or_path: str | Path, settings: Sequence[str] = (), seeds: int | None = None
-) -> Experiment:
-    """Experiment of a name or a file, read and checked to the last value.
-
-    Args:
-        name_or_path: Name of a file in `experiments/`, or a .yaml file.
-        settings: `path=value` each, applied over the file; the value is YAML.
-        seeds: Number of replicates, over the file's.
-
-    Raises:
-        UnknownName: If there is no such experiment.
-        FileError: Everything that is wrong in it, with file, line and column.
-        UsageError: If a setting or the number of seeds makes no sense, or the file is a
-            reproduction.
-    """
-    path = locate("experiment", str(name_or_path))
-    tree, included = read_tree(path)
-    if REPRODUCTION in tree.mapping:
-        raise UsageError(
-            f"{path.stem} is a reproduction: several experiments on one page. `gaitlab run` and "
-            "`gaitlab report` take it whole; give any other command one of its experiments, which "
-            f"`gaitlab show {shlex.quote(str(name_or_path))}` lists"
-        )
-    if seeds is not None:
-        settings = [*settings, f"seeds={_replicates(seeds)}"]
-    as_written, changes = plain(tree), list[str]()
-    for setting in settings:
-        before, tree = plain(tree), apply_setting(tree, setting)
-        if plain(tree) != before and not setting.startswith("name="):
-            changes.append(setting)
-    as_read = not (included or settings)
-    text = path.read_text("utf-8-sig") if as_read else _resolved_text(path, tree, settings)
-    found = _experiment(path, tree, text)
-    # A study keeps its name, under which its database refuses what asks for something else.
-    changed = plain(tree) != as_written and found.study is None
-    return replace(found, form=form_of(changes)) if changed else found
-
-
 def form_of(options: Sequence[str]) -> str:
     """What tells the form of a file apart that options of the command line make of it.
 
@@ -149,196 +104,116 @@ def in_form(name: str, form: str) -> str:
     return f"{name[:room]}+{form}" if form else name
 
 
-def _replicates(seeds: int) -> int:
-    if not 1 <= seeds <= MOST_SEEDS:
-        raise UsageError(f"--seeds {seeds}: allowed is a whole number from 1 to {MOST_SEEDS}")
-    return seeds
+def study_of(experiment: Experiment) -> Study:
+    """What an experiment file asks to search.
+
+    Raises:
+        UsageError: If it is no study.
+    """
+    if experiment.study is None:
+        raise UsageError(
+            f"{experiment.name} is an experiment and no study: it has nothing to search. Walk it "
+            "with `gaitlab run` in place of `gaitlab optimize`, or write a section `study:` "
+            "instead of what it varies; `gaitlab list studies` names some"
+        )
+    return experiment.study
 
 
-def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
-    """YAML of the whole tree, headed by where it comes from."""
-    applied = "".join(f"# --set {' '.join(setting.split())}\n" for setting in settings)
-    return f"# {path.name} with everything it includes\n{applied}{dump(plain(tree))}"
+def refuse_study(experiment: Experiment) -> None:
+    """Refuse a study where all trials have to be known beforehand.
+
+    Raises:
+        UsageError: If the experiment is a study.
+    """
+    if experiment.study is not None:
+        raise UsageError(
+            f"{experiment.name} is a study: its parameters are searched, not varied. Search with "
+            "`gaitlab optimize` in place of `gaitlab run`; its `--export best.yaml` writes an "
+            "experiment that `gaitlab run` walks"
+        )
 
 
-def _experiment(path: Path, tree: Node, text: str) -> Experiment:
-    (sections, parts, axes, study, design), walkers = _read(tree)
-    seeds = _seeds(sections.seeds)
-    name = sections.name or path.stem
-    # A base file lays out what its grids vary; a study has a page of its own.
-    layout = ReportSettings(title=sections.report.title or sections.title)
-    report = layout if study else read_layout(tree, sections, axes)
-    _check_name(tree, name)
-    return Experiment(
-        name=name,
-        title=sections.title,
-        description=sections.description,
-        path=path,
-        text=text,
-        digest=digest(walkers or {"": parts}, axes, seeds, report, study),
-        parts=parts,
-        walkers=walkers,
-        axes=axes,
-        seeds=seeds,
-        log_every=sections.log.every,
-        report=report,
-        study=study,
-        design=design,
-    )
+def candidate(experiment: Experiment, values: Mapping[str, Value]) -> Experiment:
+    """The experiment with these values as all that is varied: one cell on every surface.
 
+    Its trials are those that a grid of one cell would ask for, under the same ids. Parameters that
+    a condition left out are left out of the values and keep the experiment's.
 
-class _Walk(NamedTuple):
-    """What one robot with its gait makes of the file."""
+    Args:
+        experiment: A study, or an experiment that varies nothing of the same path.
+        values: Value by dotted path, in SI units.
 
-    sections: Sections
-    parts: Parts
-    axes: tuple[Axis, ...]
-    study: Study | None
-    design: Design | None
-
-
-def _read(tree: Node) -> tuple[_Walk, dict[str, Parts]]:
-    """The file of the first walker, and the parts of all; they move along an axis of their own."""
-    refuse_beside_study(tree)
-    trees = walker_trees(tree)
-    if not trees:
-        return _walk(tree), {}
-    found = _all_walks(trees)
-    first, *others = found.values()
-    if any(other.axes != first.axes for other in others):
-        message = "one_at_a_time: the walkers start from different values; put the paths under grid"
-        raise FileError([tree.mapping["walkers"].problem(message)])
-    axis = Axis(paths=(WALKER,), rows=tuple((label,) for label in found))
-    parts = {label: walk.parts for label, walk in found.items()}
-    return first._replace(axes=(axis, *first.axes)), parts
-
-
-def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
-    found: dict[str, _Walk] = {}
-    problems: list[Problem] = []
-    for label, tree in trees.items():
-        try:
-            found[label] = _walk(tree)
-        except FileError as error:
-            problems += error.problems
-    if problems:
-        raise FileError(list(dict.fromkeys(problems)))
-    return found
-
-
-def _walk(tree: Node) -> _Walk:
-    forget_user_code()
-    sections = build(Sections, tree, skip=())
-    columns = varied_columns(sections, box_paths(sections.design))
-    given = {
-        **first_values(columns),
-        **low_values(sections.design),
-        **searched_values(sections.study),
-    }
-    try:
-        parts = read_parts(sections, given)
-    except FileError as error:
-        raise FileError([*error.problems, *_study_problems(sections)]) from error
-    study = read_study(sections.study, parts, _seeds(sections.seeds))
-    axes, design = _varied(sections, parts, columns)
-    parts = _with_all_files(sections, parts, axes, study)
-    return _Walk(sections, parts, axes, study, design)
-
-
-def _with_all_files(
-    sections: Sections, parts: Parts, axes: Sequence[Axis], study: Study | None
-) -> Parts:
-    """Parts whose code is known by everything that it is made of, as far as anybody sees."""
-    if all(code.digest is None for code in parts.codes):
-        if sections.depends is not None:
-            message = (
-                "depends: no robot, gait, controller or metric here is a file of your own; leave "
-                "it out"
-            )
-            raise FileError([sections.depends.problem(message)])
-        return parts
-    parts.rehearse({})
-    for axis in (*axes, *_ends(study)):
-        for row in axis.rows[:MOST_REHEARSED]:
-            parts.rehearse(dict(zip(axis.paths, row, strict=True)))
-    declared = read_depends(sections.depends)
-
-    def completed(code: Plugin, node: Node) -> Plugin:
-        return checked(node, lambda: code.completed(declared))
-
-    balance = parts.balance_code
+    Raises:
+        WrongValue: If a value lies outside its parameter's limits, or if robot, gait, ground or
+            servos refuse the combination. Such a candidate cannot walk; nothing is wrong with the
+            study.
+    """
+    parts = experiment.parts
+    checked = {path: _checked(parts, path, value) for path, value in values.items()}
+    axes = (Axis(paths=tuple(checked), rows=(tuple(checked.values()),)),) if checked else ()
+    refused = [reason for _, reason in refusals(parts, axes)]
+    if refused:
+        raise WrongValue("; ".join(refused))
+    report = ReportSettings(title=experiment.report.title)
     return replace(
-        parts,
-        robot_code=completed(parts.robot_code, sections.robot),
-        gait_code=completed(parts.gait_code, sections.gait),
-        balance_code=balance and completed(balance, sections.balance or sections.gait),
-        metric_codes=tuple(
-            completed(code, sections.metrics or sections.gait) for code in parts.metric_codes
-        ),
+        experiment,
+        axes=axes,
+        report=report,
+        study=None,
+        digest=digest({"": parts}, axes, experiment.seeds, report, None),
     )
 
 
-def _ends(study: Study | None) -> Iterator[Axis]:
-    """What a study searches, each parameter at its ends or through its options."""
-    for item in study.search if study else ():
-        yield Axis(paths=(item.path,), rows=tuple((value,) for value in item.ends))
-
-
-def _varied(
-    sections: Sections, parts: Parts, columns: list[Column]
-) -> tuple[tuple[Axis, ...], Design | None]:
-    """Axes and the design among them; the mistakes of both are reported together."""
-    problems: list[Problem] = []
-    places = dict(box_paths(sections.design))
-    design = collected(problems, lambda: read_design(sections.design, parts))
-    drawn = design.axis() if design else None
-    axes = collected(problems, lambda: read_axes(sections, parts, columns, drawn, places))
-    if problems or axes is None:
-        raise FileError(problems)
-    return axes, design
-
-
-def _study_problems(sections: Sections) -> list[Problem]:
-    """What is wrong with a study whose robot, gait or grounds are wrong already."""
+def _checked(parts: Parts, path: str, value: Value) -> Value:
     try:
-        read_study(sections.study, None, _seeds(sections.seeds))
+        return parts.check(path, Node(file=PROPOSED, value=value))
     except FileError as error:
-        return error.problems
-    return []
+        raise WrongValue("; ".join(problem.message for problem in error.problems)) from error
 
 
-def _check_name(tree: Node, name: str) -> None:
-    if NAME.fullmatch(name):
-        return
-    fitting = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip("_.-")[:100] or "my_experiment"
-    given = tree.mapping.get("name")
-    what = "name: found" if given else "the results are called by the file's name,"
-    advice = f"write `name: {fitting}`" if given else f"add a line `name: {fitting}`"
-    message = (
-        f"{what} {name[:60]!r}; it names a folder, so letters, digits and _ . - are allowed, at "
-        f"most 100, the first a letter or a digit; {advice}"
-    )
-    raise FileError([(given or tree).problem(message)])
+def digest(
+    walkers: Mapping[str, Parts],
+    axes: Sequence[Axis],
+    seeds: Sequence[int],
+    report: ReportSettings,
+    study: Study | None,
+) -> str:
+    """SHA-256 of everything that an experiment resolves to. 64 hex digits."""
+    parts, *others = walkers.values()
+    layout = values(replace(report, title="", distance_reading=report.distance_reading or USUAL))
+    content = {
+        **_walker_content(parts),
+        "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],
+        "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
+        "axes": [[axis.paths, axis.rows] for axis in axes],
+        "seeds": len(seeds) if isinstance(seeds, range) else seeds,
+        "report": {key: value for key, value in layout.items() if key not in DRAWN},
+        **({"walkers": [_other_content(other) for other in others]} if others else {}),
+        **({} if study is None else {"study": asdict(study)}),
+    }
+    return hashlib.sha256(canonical_json(content).encode()).hexdigest()
 
 
-def _seeds(node: Node | None) -> Sequence[int]:
-    if node is None:
-        return range(DEFAULT_SEEDS)
-    if _whole(node.value, 1, MOST_SEEDS):
-        return range(int(str(node.value)))
-    wrong = [item for item in node.items if not _whole(item.value, 0, LARGEST_SEED)]
-    allowed = f"a number of replicates from 1 to {MOST_SEEDS} or a list of seeds"
-    if wrong:
-        message = f"seeds: found {wrong[0].found()}; a seed is a whole number from 0 to 2^63 - 1"
-        raise FileError([wrong[0].problem(message)])
-    if not node.items:
-        found = "an empty list" if node.value == () else node.found()
-        raise FileError([node.problem(f"seeds: found {found}; allowed is {allowed}")])
-    seeds = tuple(int(str(item.value)) for item in node.items)
-    if len(set(seeds)) < len(seeds):
-        raise FileError([node.problem("seeds: a seed is listed twice; keep one of each")])
-    return seeds
+def _walker_content(parts: Parts) -> dict[str, object]:
+    return {
+        "robot": [parts.robot_code.identity, values(parts.robot)],
+        "gait": [parts.gait_code.identity, values(parts.gait)],
+        "servos": [values(servo) for servo in parts.servos({})],
+        **_balance_content(parts),
+        **_metrics_content(parts),
+    }
 
 
-def _whole(value: object, low: int, high: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+def _metrics_content(parts: Parts) -> dict[str, object]:
+    codes = parts.metric_codes
+    return {"metrics": {label(code.name): code.identity for code in codes}} if codes else {}
+
+
+def _balance_content(parts: Parts) -> dict[str, object]:
+    if parts.balance is None or parts.balance_code is None:
+        return {}
+    return {"balance": [parts.balance_code.identity, values(parts.balance)]}
+
+
+def _other_content(parts: Parts) -> dict[str, object]:
+    return {**_walker_content(parts), "engine": values(parts.engine)}
