@@ -18,7 +18,7 @@ import numpy as np
 
 from gaitlab.balance.ankle_hip import Balance
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.simulation.engine import TickState
 from gaitlab.simulation.loop import Loop, loop_of
 from gaitlab.trial import plugin

@@ -27,8 +27,8 @@ import numpy as np
 
 from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.model.settings import Horizon
-from gaitlab.plan import plan
 from gaitlab.simulation import simulate
 from gaitlab.surfaces.files import load_surface
 from gaitlab.trial import Trial

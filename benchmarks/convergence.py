@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.metrics import measure
-from gaitlab.plan import plan
 from gaitlab.simulation import simulate
 
 SURFACES = ("carpet_4mm", "grass_30mm")

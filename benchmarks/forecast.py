@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import duration, plan
+from gaitlab.experiment.plan import duration, plan
 from gaitlab.running.forecast import Forecast
 from gaitlab.running.sweep import _kind
 from gaitlab.store import Store

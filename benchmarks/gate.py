@@ -28,7 +28,7 @@ import numpy as np
 from scipy.stats import norm
 
 from gaitlab.experiment import Experiment, load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.plugins import locate
 from gaitlab.regression import Baseline, Outcome, compared, record
 from gaitlab.regression.baseline import Walk

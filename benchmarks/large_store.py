@@ -16,8 +16,8 @@ import time
 from pathlib import Path
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.metrics import names as metric_names
-from gaitlab.plan import plan
 from gaitlab.store import Store, TrialRecord
 from gaitlab.store.entry import entry
 from gaitlab.store.index import write_entries

@@ -25,8 +25,8 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.model import Robot
-from gaitlab.plan import plan
 from gaitlab.running.run_trial import run_trial
 from gaitlab.simulation import engine_for
 from gaitlab.simulation.bullet import GROUND, OTHERS, SHELL, Indices, let_legs_meet, links

@@ -8,7 +8,7 @@ from math import nan
 from pathlib import Path
 
 from gaitlab.experiment import Experiment, candidate, load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running import dispatch
 from gaitlab.search import History
 from gaitlab.search.final import hold_final

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.render import Cut, Recorded, cut_of, write_replay
 from gaitlab.simulation import simulate
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import PlannedTrial, plan
+from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.store import Store
 
 EXPERIMENT = "eros_table7"

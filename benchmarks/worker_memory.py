@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running.executor import Job
 from gaitlab.running.processes import Processes
 from gaitlab.running.worker import simulated

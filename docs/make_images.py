@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.render import Recorded, cut_of, write_replay
 from gaitlab.render.figure_style import save
 from gaitlab.render.portrait import portrait

@@ -11,8 +11,8 @@ import pytest
 from gaitlab.balance.ankle_hip import Balance
 from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, candidate, load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.parameters import get_path, parameter_table, set_path
-from gaitlab.plan import plan
 from gaitlab.report.variants import label_of
 from gaitlab.running.basis import basis
 from gaitlab.store.entry import entry

@@ -8,7 +8,7 @@ import pytest
 
 from gaitlab.errors import WrongValue
 from gaitlab.experiment import Experiment, candidate
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from tests.written import read
 
 BASE = """\

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from gaitlab.errors import FileError, Infeasible, WrongValue
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.metrics import measure
 from gaitlab.model import LinkPoses
@@ -27,7 +28,6 @@ from gaitlab.model.clearance import (
 )
 from gaitlab.model.commands import joint_commands
 from gaitlab.model.settings import Spread
-from gaitlab.plan import plan
 from gaitlab.plugins import locate, names
 from gaitlab.robots.eros import Robot
 from gaitlab.running.run_trial import run_trial

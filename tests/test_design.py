@@ -13,8 +13,8 @@ from gaitlab.cli import run_command_line
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Design, Follower, Quantity
 from gaitlab.experiment.design import unit_points
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Numbers
-from gaitlab.plan import plan
 from tests.written import problems, read, write
 
 SWEEP = """\

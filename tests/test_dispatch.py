@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from gaitlab.errors import StoreError
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running import Ended, Silent, Summary, dispatch, outlook
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_falling, pretend_well

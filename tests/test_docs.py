@@ -82,7 +82,7 @@ def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: 
 
 def test_the_robot_and_servo_of_the_guide_are_what_is_walked(field: Path) -> None:
     from gaitlab.experiment import load_experiment
-    from gaitlab.plan import plan
+    from gaitlab.experiment.plan import plan
 
     trials = [item.trial for item in plan(load_experiment(str(field / "ours.yaml"))).trials()]
     assert [trial.robot.mass for trial in trials] == [3.5, 3.9]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gaitlab.documents import parse
 from gaitlab.errors import FileError, UnknownName, UsageError
 from gaitlab.experiment import is_reproduction, load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.plugins import locate, names
 from gaitlab.report.variants import value_text
 from tests.written import EXPERIMENT, GAIT, changed, problems, read, write

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.trial import PHYSICS_VERSION
 
 EXPERIMENTS = Path(__file__).parent.parent / "experiments"

@@ -17,7 +17,6 @@ LEVELS = [
     "balance metrics motions robots servos surfaces",
     "gaits trial",
     "experiment simulation",
-    "plan",
     "store",
     "render running",
     "regression search",

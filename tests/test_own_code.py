@@ -14,7 +14,7 @@ import pytest
 import gaitlab
 from gaitlab.errors import FileError, WrongValue
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.plugins import load_class, user_code
 from gaitlab.running.run_trial import run_trial
 from gaitlab.trial import Trial
@@ -333,7 +333,7 @@ def test_another_process_finds_the_same_names(tmp_path: Path) -> None:
     program = (
         "import sys\n"
         "from gaitlab.experiment import load_experiment\n"
-        "from gaitlab.plan import plan\n"
+        "from gaitlab.experiment.plan import plan\n"
         "print(*[item.trial.id for item in plan(load_experiment(sys.argv[1])).trials()])"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(gaitlab.__file__).parent.parent)}

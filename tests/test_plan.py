@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gaitlab.experiment.plan import plan
 from gaitlab.parameters import get_path
-from gaitlab.plan import plan
 from tests.written import EXPERIMENT, changed, read
 
 

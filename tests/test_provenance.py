@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running import provenance
 
 LOADED = """

@@ -12,7 +12,7 @@ import pytest
 
 from gaitlab.errors import StoreError
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running.executor import Job
 from gaitlab.running.processes import Processes
 from gaitlab.running.run_trial import run_trial

@@ -13,6 +13,7 @@ from gaitlab import metrics
 from gaitlab.cli import run_command_line
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment import Experiment, load_experiment, refuse_study, study_of
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.samplers import SAMPLERS
 from gaitlab.experiment.study import (
     Aggregate,
@@ -24,7 +25,6 @@ from gaitlab.experiment.study import (
     Racing,
 )
 from gaitlab.experiment.study_reading import HAS
-from gaitlab.plan import plan
 from gaitlab.plugins import names
 from tests.written import GAIT
 

@@ -4,7 +4,7 @@ import pytest
 
 from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running.basis import basis
 from gaitlab.trial import Trial
 

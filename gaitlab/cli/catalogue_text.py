@@ -98,7 +98,7 @@ def _metric_text(name: str) -> str:
 
 def _experiment_text(name: str) -> str:
     from gaitlab.experiment import is_reproduction, load_experiment
-    from gaitlab.plan import plan
+    from gaitlab.experiment.plan import plan
 
     if is_reproduction(name):
         return _reproduction_text(name)
@@ -125,8 +125,8 @@ def _experiment_text(name: str) -> str:
 
 def _reproduction_text(name: str) -> str:
     """Which experiments share a page, how much there is to walk, and the page's sections."""
+    from gaitlab.experiment.plan import plan
     from gaitlab.papers.reproduction import load_reproduction
-    from gaitlab.plan import plan
 
     whole = load_reproduction(name)
     members = [[one.name, str(plan(one).size), one.title] for one in whole.members]

@@ -19,8 +19,8 @@ from gaitlab.cli.plan_text import plan_object
 from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction import Reproduction
-from gaitlab.plan import plan
 from gaitlab.running import Cost, Outlook, Summary, cost, dispatch, outlook, total
 from gaitlab.store import Store
 

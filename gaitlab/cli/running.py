@@ -73,7 +73,7 @@ def run(
       gaitlab run eros_quick -j 2 --set gait.step_height=0.02
     """
     from gaitlab.experiment import is_reproduction, load_experiment, refuse_study
-    from gaitlab.plan import plan
+    from gaitlab.experiment.plan import plan
     from gaitlab.running import cost, dispatch, outlook
     from gaitlab.store import Store
 

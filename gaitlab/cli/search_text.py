@@ -12,8 +12,8 @@ from gaitlab.cli.printing import columns, duration, number, plural, size
 from gaitlab.cli.search_progress import with_unit
 from gaitlab.errors import UnknownName
 from gaitlab.experiment import Experiment, study_of
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Choices, Constraint, Numbers, Study
-from gaitlab.plan import plan
 from gaitlab.running import cost
 from gaitlab.search import Candidate, History
 from gaitlab.search.candidates import edges

@@ -1,7 +1,7 @@
 """What a study file asks for: a space to search, what is better, and what is not allowed.
 
 The file's section `study:` becomes one `Study`. It says nothing of how the search is done; the
-candidates that it proposes are ordinary cells of the experiment, see `gaitlab.plan`.
+candidates that it proposes are ordinary cells of the experiment, see `gaitlab.experiment.plan`.
 
 What a trial that fell, or never walked, counts as when candidates are compared: a robot that falls
 at once has spent little energy, saturated no servo and leant on no edge of its soles, so most

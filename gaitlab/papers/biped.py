@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles
@@ -25,7 +26,6 @@ from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of,
 from gaitlab.papers.strides import Postures, joint_figure, stick_figure
 from gaitlab.papers.walks import not_simulated, share_text, spread_text, trials
 from gaitlab.parameters import Parameter, parameters
-from gaitlab.plan import plan
 from gaitlab.render.figure_style import save
 from gaitlab.robots.biped import Robot
 

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 from gaitlab.canonical import canonical_json
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.regression.baseline import NEW, Baseline, Walk
 from gaitlab.regression.falls import Falls, falls
 from gaitlab.regression.matching import Matched, matched

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.shell import command
 from gaitlab.metrics import metric
-from gaitlab.plan import plan
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
 from gaitlab.running.basis import basis
 from gaitlab.running.provenance import code_digest

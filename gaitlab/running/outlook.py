@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from gaitlab.errors import StoreError
 from gaitlab.experiment import Experiment
-from gaitlab.plan import Plan, plan
+from gaitlab.experiment.plan import Plan, plan
 from gaitlab.running.basis import Past, basis
 from gaitlab.store import Index, Listed, Store, listed
 

@@ -13,7 +13,7 @@ from functools import partial
 
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
-from gaitlab.plan import Plan, PlannedTrial, duration, plan
+from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
 from gaitlab.running.executor import Executor, Job, Outcome
 from gaitlab.running.forecast import Forecast, Kind

@@ -15,8 +15,8 @@ from math import fsum
 
 from gaitlab.errors import WrongValue
 from gaitlab.experiment import Experiment, Value, candidate, study_of
+from gaitlab.experiment.plan import PlannedTrial, duration, plan
 from gaitlab.experiment.study import Study
-from gaitlab.plan import PlannedTrial, duration, plan
 from gaitlab.running.executor import Executor, Job
 from gaitlab.running.executor import Outcome as Ended
 from gaitlab.running.sweep import TIMEOUT, TIMEOUT_RATIO, settle

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from gaitlab.experiment import Experiment, candidate
-from gaitlab.plan import PlannedTrial, plan
+from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.search.candidates import Candidate, History, ranked
 from gaitlab.search.objectives import evaluate, stored_outcome
 from gaitlab.store import Index, Store

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from gaitlab.canonical import canonical_json
 from gaitlab.experiment import Axis, Experiment, Value, study_of
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.plugins import names
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.final import final_seeds

@@ -14,8 +14,8 @@ from typing import Literal
 
 from gaitlab.errors import GaitlabError
 from gaitlab.experiment import Experiment, Value
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Choices, Numbers
-from gaitlab.plan import plan
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.fresh import WINNER, Run, derived, margin_seeds, missing, rerun
 from gaitlab.search.objectives import TrialOutcome

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from math import ceil, floor, fsum, inf, isfinite, nan
 from typing import Literal
 
+from gaitlab.experiment.plan import PlannedTrial
 from gaitlab.experiment.study import (
     Aggregate,
     Constraint,
@@ -26,7 +27,6 @@ from gaitlab.experiment.study import (
     worst,
 )
 from gaitlab.metrics import Value
-from gaitlab.plan import PlannedTrial
 from gaitlab.store import Index, State
 
 NO_VALUE = 0.1  # added to the loss when an objective has no value, if only for want of its metric

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gaitlab.experiment import Experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Numbers
-from gaitlab.plan import plan
 from gaitlab.running import Progress, dispatch
 from gaitlab.running.outlook import WALL_RATIO
 from gaitlab.search.candidates import Candidate, History

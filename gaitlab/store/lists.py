@@ -18,7 +18,7 @@ from gaitlab.store.record import Scalar, canonical, is_flat
 
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
-    from gaitlab.plan import PlannedTrial
+    from gaitlab.experiment.plan import PlannedTrial
 
 LIST = "trials.jsonl"
 EARLIER = "earlier.jsonl"  # the list before the last change

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from gaitlab.experiment import Experiment
-    from gaitlab.plan import PlannedTrial
+    from gaitlab.experiment.plan import PlannedTrial
 
 
 TABLE_FROM = 2000  # trials; fewer are tabulated in a tenth of a second

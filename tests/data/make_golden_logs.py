@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from gaitlab.experiment import is_reproduction, load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.log import TrialLog
 from gaitlab.model.gait import FeetPoses, Gait, first_step
 from gaitlab.model.settings import Horizon
-from gaitlab.plan import plan
 from gaitlab.plugins import names
 from gaitlab.simulation import simulate
 from gaitlab.trial import PHYSICS_VERSION, Trial

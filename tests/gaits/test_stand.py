@@ -11,11 +11,11 @@ import pytest
 
 from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.gaits.eros import Gait as Walk
 from gaitlab.gaits.stand import Gait
 from gaitlab.model.commands import joint_commands
 from gaitlab.model.gait import SHAPES, first_step
-from gaitlab.plan import plan
 from gaitlab.simulation import simulate
 from gaitlab.trial import Trial
 from tests.trials import trial

@@ -10,7 +10,7 @@ from gaitlab import metrics
 from gaitlab.cli import run_command_line
 from gaitlab.errors import FileError
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.running.run_trial import run_trial
 from gaitlab.store import Store
 

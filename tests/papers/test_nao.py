@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.gaits.nao import Gait
 from gaitlab.papers.nao import audit, planned_zmp
 from gaitlab.papers.nao_effects import (
@@ -25,7 +26,6 @@ from gaitlab.papers.nao_effects import (
 from gaitlab.papers.nao_effects import standing as standing_leg
 from gaitlab.papers.nao_sweeps import PERIOD, Setting, criterion, sweeps, table, verdict
 from gaitlab.papers.page import markdown
-from gaitlab.plan import plan
 from gaitlab.robots.nao import Robot
 from gaitlab.running.run_trial import run_trial
 from gaitlab.store import Store

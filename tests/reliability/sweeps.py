@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gaitlab.experiment import Experiment, load_experiment
-from gaitlab.plan import PlannedTrial, plan
+from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.running import Summary, dispatch
 from gaitlab.running.worker import simulated
 from gaitlab.store import Store, TrialRecord, fingerprint

@@ -10,8 +10,8 @@ import pytest
 
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.metrics import measure
-from gaitlab.plan import PlannedTrial, plan
 from gaitlab.report import write_report
 from gaitlab.report.gather import gather
 from gaitlab.report.sources import sources

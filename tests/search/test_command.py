@@ -10,7 +10,7 @@ import pytest
 
 from gaitlab.cli import run_command_line
 from gaitlab.experiment import load_experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.store import Store
 from tests.search import searches
 

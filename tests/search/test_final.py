@@ -8,7 +8,7 @@ import pytest
 
 import gaitlab.running.sweep
 from gaitlab.experiment import Experiment
-from gaitlab.plan import plan
+from gaitlab.experiment.plan import plan
 from gaitlab.search import History
 from gaitlab.search.database import history
 from gaitlab.search.final import (

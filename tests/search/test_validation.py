@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 import gaitlab.running.sweep
 from gaitlab.experiment import Experiment, Value, candidate
+from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Choices, Numbers
-from gaitlab.plan import plan
 from gaitlab.search import Candidate, History
 from gaitlab.search.fresh import (
     DEFAULT,

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.model import Box, Joint, Link, Tree
 from gaitlab.model.servo import Servo
 from gaitlab.model.soles import Sole
 from gaitlab.model.urdf import urdf
-from gaitlab.plan import plan
 from gaitlab.plugins import names
 from gaitlab.servos.bank import ServoBank
 from gaitlab.servos.files import load_servo

@@ -5,8 +5,8 @@ import pytest
 
 from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.model.settings import Horizon
-from gaitlab.plan import plan
 from gaitlab.simulation import simulate
 
 

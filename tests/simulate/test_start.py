@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import GRAVITY
 from gaitlab.model import Start, gantry_of
@@ -15,7 +16,6 @@ from gaitlab.model.commands import joint_commands
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.randomness import randomness
 from gaitlab.model.settings import Spread
-from gaitlab.plan import plan
 from gaitlab.servos.law import stiffness
 from gaitlab.simulation import engine_for, start_of
 from gaitlab.trial import Trial

@@ -12,11 +12,11 @@ import pytest
 
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction import sweep_page
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections.sensitivity import sensitivity_section
 from gaitlab.papers.reproduction.swept import sweep_of
-from gaitlab.plan import plan
 from gaitlab.report.results import Results
 from gaitlab.store import Store
 from tests.written import read
