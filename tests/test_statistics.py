@@ -17,10 +17,8 @@ from gaitlab.statistics import (
     difference_of_proportions,
     distance_difference,
     efficiency,
-    efficiency_interval,
     holm,
     mean_interval,
-    mean_share_interval,
     paired_difference,
     stability_percent,
     stable_cell,
@@ -126,55 +124,6 @@ def test_difference_of_distance_as_printed(fell_at, percent):
 
 
 SURFACES = [[Count(7, 10), Count(5, 10), Count(1, 10)], [Count(10, 10), Count(6, 10)]]
-INTERVALS = pytest.mark.parametrize("interval", [efficiency_interval, mean_share_interval])
-
-
-@INTERVALS
-def test_the_same_seed_gives_the_same_interval(interval):
-    assert interval(SURFACES, seed=3) == interval(SURFACES, seed=3)
-
-
-def test_seeds_that_all_agree_leave_no_spread():
-    surfaces = [[Count(0, 5), Count(5, 5)], [Count(5, 5)]]
-    assert efficiency_interval(surfaces) == (75.0, 75.0)
-    assert mean_share_interval(surfaces) == (0.75, 0.75)
-
-
-@INTERVALS
-def test_more_seeds_narrow_the_interval(interval):
-    many = [[Count(20 * k, 20 * n) for k, n in cells] for cells in SURFACES]
-    few = interval(SURFACES)
-    assert interval(many).high - interval(many).low < few.high - few.low
-
-
-@INTERVALS
-@pytest.mark.parametrize("surfaces", [[], [[]], [[Count(0, 0)]], [[Count(1, 2)], []]])
-def test_a_bootstrap_needs_cells_and_seeds(interval, surfaces):
-    with pytest.raises(ValueError, match="needs"):
-        interval(surfaces)
-
-
-def test_mean_share_interval_of_many_seeds_is_the_normal_one():
-    low, high = mean_share_interval([[Count(500, 1000)]])
-    spread = 1.96 * np.sqrt(0.25 / 1000)
-    # The ends of 10 000 resamples lie within a twentieth of the spread.
-    assert (0.5 - low, high - 0.5) == pytest.approx((spread, spread), rel=0.05)
-
-
-def test_efficiency_interval_of_one_cell_is_all_or_nothing():
-    assert efficiency_interval([[Count(5, 10)]]) == (0.0, 100.0)
-
-
-def test_mean_share_interval_covers_the_truth_about_as_often_as_it_says():
-    generator = np.random.default_rng(7)
-    truth = np.array([[0.3, 0.8], [0.6, 0.5]])
-    hits = 0
-    for _ in range(200):
-        drawn = generator.binomial(20, truth)
-        low, high = mean_share_interval([[Count(int(k), 20) for k in row] for row in drawn])
-        hits += low <= truth.mean() <= high
-    # 95 % of 200 is 190; 4 standard deviations of the count are 12.
-    assert 178 <= hits <= 200
 
 
 def test_mean_interval_of_two_values_by_hand():

@@ -5,10 +5,9 @@ cell and seed, worse only, with seeds as the independent units and one false-ala
 them together. Whatever is decided, the answer says how many walks fell before and tonight.
 """
 
-from gaitlab.regression.answer import outcome_json
 from gaitlab.regression.baseline import Baseline, read_baseline, write_baseline
 from gaitlab.regression.gate import Outcome, checked, compared, require_comparable, undecided
-from gaitlab.regression.page import outcome_page
+from gaitlab.regression.page import outcome_json, outcome_page
 from gaitlab.regression.tonight import discard_stale, finished, record
 
 __all__ = [

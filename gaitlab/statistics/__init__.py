@@ -18,11 +18,6 @@ from gaitlab.statistics.compare import (
     seed_interval,
     verdict_of,
 )
-from gaitlab.statistics.means import (
-    mean_interval,
-    stratified_difference,
-    stratified_difference_interval,
-)
 from gaitlab.statistics.power import (
     detectable_drop,
     detectable_shift,
@@ -33,6 +28,7 @@ from gaitlab.statistics.proportions import (
     Count,
     Interval,
     difference_of_proportions,
+    mean_interval,
     paired_difference,
     wilson,
 )
@@ -48,8 +44,6 @@ from gaitlab.statistics.stability import (
     STABLE_SHARE,
     distance_difference,
     efficiency,
-    efficiency_interval,
-    mean_share_interval,
     stability_percent,
     stable_cell,
 )
@@ -77,14 +71,12 @@ __all__ = [
     "difference_of_proportions",
     "distance_difference",
     "efficiency",
-    "efficiency_interval",
     "fewest_points",
     "holm",
     "judged",
     "linear_effects",
     "match",
     "mean_interval",
-    "mean_share_interval",
     "paired_difference",
     "runs_of",
     "seed_interval",
@@ -92,8 +84,6 @@ __all__ = [
     "sign_shares",
     "stability_percent",
     "stable_cell",
-    "stratified_difference",
-    "stratified_difference_interval",
     "values_for_mean",
     "verdict_of",
     "wilson",

@@ -19,9 +19,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from gaitlab.statistics.means import Stratum
 from gaitlab.statistics.proportions import Alternative
 
+Stratum = tuple[np.ndarray, np.ndarray]
 SHUFFLES = 20_000  # of a permutation test; p-values down to 1e-4 are told apart
 EXACT = 30  # clusters whose 2^30 signs are counted exactly, in two halves of 2^15 sums
 ROUNDING = 1e-9  # of the sum of all sizes; closer sums are equal

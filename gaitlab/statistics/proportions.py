@@ -1,4 +1,4 @@
-"""Shares of trials: their intervals, and whether two treatments succeed equally often.
+"""Intervals of shares, of differences of shares and of means.
 
 References:
     BonettPrice2012: Bonett and Price, Adjusted Wald confidence interval for a difference of
@@ -6,16 +6,19 @@ References:
         2012.
     Newcombe1998: Newcombe, Interval estimation for the difference between independent
         proportions: comparison of eleven methods, Statistics in Medicine, 1998.
+    Student1908: Student, The probable error of a mean, Biometrika, 1908.
     Wilson1927: Wilson, Probable inference, the law of succession, and statistical inference,
         Journal of the American Statistical Association, 1927.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
 
 # Of the first treatment against the second, as scipy words it.
 Alternative: TypeAlias = Literal["two-sided", "less", "greater"]
@@ -97,3 +100,17 @@ def paired_difference(pairs: Iterable[tuple[bool, bool]], confidence: float = 0.
     q = (1 + sum(bool(second) and not first for first, second in found)) / n
     reach = float(norm.ppf(0.5 + confidence / 2.0)) * sqrt((p + q - (p - q) ** 2) / n)
     return Interval(max(p - q - reach, -1.0), min(p - q + reach, 1.0))
+
+
+def mean_interval(values: Sequence[float], confidence: float = 0.95) -> Interval:
+    """Interval of the mean of values that scatter normally, [Student1908].
+
+    All numbers when there are fewer than two values.
+    """
+    from scipy.stats import t
+
+    if len(values) < 2:
+        return Interval(-inf, inf)
+    mean, n = float(np.mean(values)), len(values)
+    reach = float(t.ppf(0.5 + confidence / 2.0, n - 1) * np.std(values, ddof=1) / sqrt(n))
+    return Interval(mean - reach, mean + reach)
