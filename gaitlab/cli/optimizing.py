@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -44,59 +44,69 @@ def _studies() -> list[str]:
     return studies()
 
 
+StudyName: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="STUDY",
+        help="A file, or the name of one in experiments/.",
+        autocompletion=completed(_studies),
+    ),
+]
+Trials: TypeAlias = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Candidates to try in total, instead of the file's."),
+]
+StorageAddress: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL",
+        help="Database that several machines share, postgresql://user@host/name for instance; by "
+        "default a file in the store.",
+    ),
+]
+Export: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        parser=written_to,
+        help="Write the winner as an experiment for `gaitlab run`.",
+    ),
+]
+DryRun: TypeAlias = Annotated[
+    bool, typer.Option("-n", "--dry-run", help="Say what would be searched; run nothing.")
+]
+AsJson: TypeAlias = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON object.")
+]
+Against: TypeAlias = Annotated[
+    Baseline | None,
+    typer.Option(
+        help="Draw as many candidates at random instead, as the study STUDY-random, so that the "
+        "report can tell whether the sampler beats chance."
+    ),
+]
+Validate: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--validation/--no-validation",
+        help="Walk the winner again afterwards: on fresh seeds, on every ground, and with each "
+        "parameter moved until the robot falls.",
+    ),
+]
+
+
 def optimize(
-    study: Annotated[
-        str,
-        typer.Argument(
-            metavar="STUDY",
-            help="A file, or the name of one in experiments/.",
-            autocompletion=completed(_studies),
-        ),
-    ],
-    trials: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Candidates to try in total, instead of the file's."),
-    ] = None,
+    study: StudyName,
+    trials: Trials = None,
     jobs: Jobs = None,
-    storage: Annotated[
-        str | None,
-        typer.Option(
-            metavar="URL",
-            help="Database that several machines share, postgresql://user@host/name for "
-            "instance; by default a file in the store.",
-        ),
-    ] = None,
+    storage: StorageAddress = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
-    export: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            parser=written_to,
-            help="Write the winner as an experiment for `gaitlab run`.",
-        ),
-    ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("-n", "--dry-run", help="Say what would be searched; run nothing.")
-    ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the result as one JSON object.")
-    ] = False,
-    baseline: Annotated[
-        Baseline | None,
-        typer.Option(
-            help="Draw as many candidates at random instead, as the study STUDY-random, so that "
-            "the report can tell whether the sampler beats chance."
-        ),
-    ] = None,
-    validation: Annotated[
-        bool,
-        typer.Option(
-            "--validation/--no-validation",
-            help="Walk the winner again afterwards: on fresh seeds, on every ground, and with "
-            "each parameter moved until the robot falls.",
-        ),
-    ] = True,
+    export: Export = None,
+    dry_run: DryRun = False,
+    as_json: AsJson = False,
+    baseline: Against = None,
+    validation: Validate = True,
     quiet: Quiet = False,
 ) -> int:
     """Search a study for the parameters that walk best, and check the winner.

@@ -1,6 +1,7 @@
 """Experiment files: what is walked by which robot, on which ground, how often.
 
-SI units and radians throughout. Keys:
+Here belong the file with the place of every mistake, the Experiment, the study's section and the
+Plan; nothing here simulates, searches or writes a page. SI units and radians throughout. Keys:
 
     name: eros_table7               name of the results; by default the file's
     title, description              text
