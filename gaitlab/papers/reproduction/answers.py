@@ -1,7 +1,8 @@
 """Which simulated cells answer to a paper's printed cells, and which of them constants were fit on.
 
 A cell counts as calibrated when a constant was chosen by looking at it, and as predicted when none
-was. A printed verdict agrees when the simulated cell has the same one.
+was. A printed verdict agrees when the simulated cell has the same one. The limit of a ground is the
+longest printed distance up to which every forward row is stable.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import NamedTuple
 
 from gaitlab.errors import WrongValue
@@ -23,6 +25,7 @@ from gaitlab.report.variants import Variant
 from gaitlab.statistics import Count
 
 Calibrated = Mapping[str, Value]  # by name of the table: {direction: ..., ...}, or a list of them
+NOWHERE = -1  # printed distance of a ground on which not even the first row is stable
 KEYS = ("direction", "surfaces", "distances")  # of the cells that a constant was chosen on
 
 
@@ -101,25 +104,6 @@ def forward_only(answer: Answer) -> Answer:
         return answer
     trials = results.trials[results.trials[STEP] >= 0.0]
     return replace(answer, results=replace(results, trials=trials))
-
-
-def out_of_reach(found: Sequence[Answer]) -> set[tuple[object, str]]:
-    """Row and ground of the cells whose steps no leg reaches in one of the answers."""
-    return {
-        (row, str(ground))
-        for answer in found
-        for row in answer.results.row_values
-        for ground in answer.results.column_values
-        if not answer.results.cell(answer.variant, row, ground).feasible
-    }
-
-
-def without_cells(answer: Answer, left_out: set[tuple[object, str]]) -> Answer:
-    """The same without some cells, by row and ground."""
-    results = answer.results
-    places = zip(results.trials[results.rows], results.trials[results.columns], strict=True)
-    kept = [place not in left_out for place in places]
-    return replace(answer, results=replace(results, trials=results.trials[kept]))
 
 
 def judged(answer: Answer, calibrated: Calibrated) -> list[Judged]:
@@ -211,3 +195,61 @@ def untouched_grounds(cells: Sequence[Judged]) -> list[str]:
     grounds = dict.fromkeys(cell.place.surface for cell in cells)
     touched = {cell.place.surface for cell in cells if cell.calibrated}
     return [ground for ground in grounds if ground not in touched]
+
+
+class Limits(NamedTuple):
+    """Longest stable printed distance of each ground; `NOWHERE` where none is."""
+
+    paper: Mapping[str, float]
+    ours: Mapping[str, float]
+
+
+class Ordered(NamedTuple):
+    """Pairs of grounds that the paper tells apart, and how we order them."""
+
+    right: int
+    tied: int
+    wrong: int
+
+    @property
+    def pairs(self) -> int:
+        """All of them."""
+        return self.right + self.tied + self.wrong
+
+
+def limits(cells: Sequence[Judged]) -> Limits:
+    """Limit of each ground over the forward rows, in the order of the cells."""
+    forward = [cell for cell in cells if cell.place.direction == "forward"]
+    grounds = dict.fromkeys(cell.place.surface for cell in forward)
+    sides = [
+        {g: _limit([c for c in forward if c.place.surface == g], side) for g in grounds}
+        for side in ("paper", "ours")
+    ]
+    return Limits(*sides)
+
+
+def _limit(cells: Sequence[Judged], side: str) -> float:
+    found: float = NOWHERE
+    for cell in sorted(cells, key=lambda cell: cell.place.distance):
+        if not (cell.printed if side == "paper" else cell.ours.verdict()):
+            break
+        found = cell.place.distance
+    return found
+
+
+def ordered(found: Limits) -> Ordered:
+    """How many of the pairs that the paper tells apart stand in its order here."""
+    right = tied = wrong = 0
+    for one, other in combinations(found.paper, 2):
+        paper = found.paper[one] - found.paper[other]
+        ours = found.ours[one] - found.ours[other]
+        if paper:
+            right, tied = right + (paper * ours > 0), tied + (ours == 0)
+            wrong += paper * ours < 0
+    return Ordered(right, tied, wrong)
+
+
+def ranking(distances: Mapping[str, float]) -> list[list[str]]:
+    """Grounds from the longest limit to the shortest, those of one limit together."""
+    ranks = sorted(set(distances.values()), reverse=True)
+    return [[ground for ground, value in distances.items() if value == rank] for rank in ranks]

@@ -11,6 +11,7 @@ reproduction:
       title: Tables 7 and 8
       text: a paragraph of Markdown
       experiments: [eros_frozen]        members it is made from; all by default
+      details: false                    whether it stands on the second page
       ...                               options of its kind
 """
 
@@ -28,6 +29,7 @@ from gaitlab.experiment import Experiment, form_of, in_form, load_experiment, re
 from gaitlab.experiment.experiment import NAME
 from gaitlab.papers.reproduction.section import Section, Value
 from gaitlab.papers.reproduction.sections import names, options_of
+from gaitlab.papers.reproduction.swept import compares_switches
 from gaitlab.parameters import Parameter, parameter, parameters
 from gaitlab.plugins import locate, suggestion
 
@@ -92,6 +94,7 @@ class _Section:
     title: str = parameter("", unit="-", doc="heading; by default the kind")
     text: str = parameter("", unit="-", doc="a paragraph of Markdown")
     experiments: tuple[str, ...] = parameter((), unit="-", doc="members it is made from")
+    details: bool = parameter(False, unit="-", doc="whether it stands on the second page")
 
 
 OWN = tuple(item.name for item in parameters(_Section))
@@ -243,6 +246,7 @@ def _section(node: Node, known: tuple[str, ...] | None) -> Section:
         text=given.text,
         experiments=given.experiments or known or (),
         options=options or {},
+        details=given.details,
     )
 
 
@@ -288,3 +292,36 @@ def _wrong_name(root: Node, name: str) -> list[Problem]:
         return []
     message = f"name: found {name[:60]!r}; it names a folder: letters, digits and _ . - are allowed"
     return [root.mapping.get("name", root).problem(message)]
+
+
+def sweep_page(
+    experiments: Sequence[Experiment], settings: Sequence[str] = (), seeds: int | None = None
+) -> Reproduction | None:
+    """A page with one section on the sensitivity; None for anything but one sweep with a switch.
+
+    Args:
+        experiments: What is asked for.
+        settings: `path=value` each, as the experiment was read with.
+        seeds: Number of replicates that was asked for.
+    """
+    if len(experiments) != 1 or not compares_switches(experiments[0]):
+        return None
+    (experiment,) = experiments
+    options = [word for setting in settings for word in ("--set", setting)]
+    return Reproduction(
+        name=experiment.listed_as,
+        title=experiment.title or experiment.name,
+        description=experiment.description,
+        path=experiment.path,
+        members=(experiment,),
+        sections=(
+            Section(
+                kind="sensitivity",
+                title="What was assumed, and what hangs on it",
+                text="",
+                experiments=(experiment.name,),
+                options={"labels": {}},
+            ),
+        ),
+        options=(*options, *(() if seeds is None else ("--seeds", str(seeds)))),
+    )

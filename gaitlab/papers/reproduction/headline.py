@@ -9,13 +9,16 @@ from gaitlab.papers.reproduction.answers import (
     Answer,
     Calibrated,
     Judged,
+    Limits,
     agreement,
     always_stable,
     judged,
+    limits,
+    ordered,
+    ranking,
     untouched_grounds,
 )
 from gaitlab.papers.reproduction.efficiency import Simulated, claims, simulated
-from gaitlab.papers.reproduction.ground_order import Limits, limits, ordered, ranking
 from gaitlab.papers.reproduction.together import Shown, together
 from gaitlab.report.matching import Matched, matched
 from gaitlab.report.words import interval, percent, share, surface_text

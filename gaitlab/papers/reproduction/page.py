@@ -14,20 +14,21 @@ import pandas as pd
 from gaitlab.documents.outputs import published
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment
-from gaitlab.experiment.shell import called, store_option
+from gaitlab.experiment.shell import called, command, store_option
 from gaitlab.papers.reproduction.answers import Calibrated, answers
 from gaitlab.papers.reproduction.document import Reproduction
 from gaitlab.papers.reproduction.headline import headline
 from gaitlab.papers.reproduction.section import Context, Section
-from gaitlab.papers.reproduction.sections import section_text
+from gaitlab.papers.reproduction.sections import how_to_read, section_text
 from gaitlab.render.figure_style import vector_figures
 from gaitlab.report.forms import write_html, write_tables
+from gaitlab.report.forms.tokens import DETAILS
 from gaitlab.report.gather import gather
-from gaitlab.report.markdown import code, escape, fenced, section, table
-from gaitlab.report.provenance import common_values, facts_table, part_tables, seeds_text
+from gaitlab.report.markdown import code, details, escape, fenced, section, table
+from gaitlab.report.provenance import common_values, facts_table, seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
-from gaitlab.report.sources import records, sources
+from gaitlab.report.sources import records
 from gaitlab.report.words import plural
 from gaitlab.store import Store
 from gaitlab.trial import PHYSICS_VERSION
@@ -75,7 +76,10 @@ def write_reproduction(
             folder=place,
         )
         page = place / "README.md"
-        page.write_text(_page(reproduction, context), encoding="utf-8")
+        page.write_text(first_page(reproduction, context), encoding="utf-8")
+        if any(each.details for each in reproduction.sections):
+            second = second_page(reproduction, context)
+            page.with_name(DETAILS).write_text(second, encoding="utf-8")
         if tables:
             write_tables(page)
         page = write_html(page) if html else page
@@ -113,7 +117,8 @@ def _arguments(reproduction: Reproduction, store: Store) -> str:
     return shlex.join(words)
 
 
-def _page(reproduction: Reproduction, context: Context) -> str:
+def first_page(reproduction: Reproduction, context: Context) -> str:
+    """What was found: headline and the sections that do not stand behind."""
     blocks = [
         f"# {escape(reproduction.title)}",
         escape(reproduction.description),
@@ -121,10 +126,31 @@ def _page(reproduction: Reproduction, context: Context) -> str:
         _completeness(reproduction, context),
         _headline(reproduction, context),
         _made_by(reproduction, context),
-        *(_section(each, context) for each in reproduction.sections),
-        _provenance(reproduction, context),
+        *(_section(each, context) for each in reproduction.sections if not each.details),
+        *_end(reproduction, context, second=False),
     ]
     return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def second_page(reproduction: Reproduction, context: Context) -> str:
+    """The sections behind it, and where all of it comes from."""
+    blocks = [
+        f"# {escape(reproduction.title)}: details",
+        "What these sections come to stands on [the page itself](README.md).",
+        *(_section(each, context) for each in reproduction.sections if each.details),
+        *_end(reproduction, context, second=True),
+    ]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def _end(reproduction: Reproduction, context: Context, *, second: bool) -> list[str]:
+    """How to read the tables of a page, and on the last page where all comes from."""
+    here = [each for each in reproduction.sections if each.details is second]
+    words = [how_to_read(kind) for kind in dict.fromkeys(each.kind for each in here)]
+    behind = [escape(each.title) for each in reproduction.sections if each.details]
+    note = f"On the [second page]({DETAILS}): {'; '.join(behind)}; where all of it comes from."
+    last = _provenance(reproduction, context) if second or not behind else note
+    return [details("How to read these tables", *words), last]
 
 
 def _headline(reproduction: Reproduction, context: Context) -> str:
@@ -186,18 +212,17 @@ def _section(each: Section, context: Context) -> str:
 
 def _provenance(reproduction: Reproduction, context: Context) -> str:
     commands = "\n".join(
-        command(reproduction, context.store) for command in (run_command, report_command)
+        line(reproduction, context.store) for line in (run_command, report_command)
     )
     first = next(name for name in context.experiments if name in context.results)
-    found = sources([context.experiments[first]], context.store, context.results[first])
+    constants = command("report", [context.experiments[first]], context.store.path)
     return section(
         "Provenance",
         facts_table(_facts(reproduction, context.results)),
         _members(context),
         f"This page again:\n\n{fenced(commands, 'sh')}",
-        f"Constants of {escape(first)}; other members change what their files say.",
-        found.grounds,
-        part_tables(found.parts),
+        f"Constants, grounds and their sources: {code(constants)}; other members change what their "
+        "files say.",
     )
 
 

@@ -26,6 +26,7 @@ class Section:
         text: A paragraph in Markdown that stands below the heading; may be empty.
         experiments: Names of the members that it is made from, at least one.
         options: Every option that its kind declares, as given or by default.
+        details: Whether it stands on the second page.
     """
 
     kind: str
@@ -33,6 +34,7 @@ class Section:
     text: str
     experiments: tuple[str, ...]
     options: Mapping[str, Value]
+    details: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

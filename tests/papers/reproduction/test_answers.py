@@ -6,16 +6,19 @@ import pytest
 
 from gaitlab.errors import WrongValue
 from gaitlab.papers.reproduction.answers import (
+    NOWHERE,
     agreement,
     always_stable,
     answers,
     best_constant,
     forward_only,
     judged,
+    limits,
+    ordered,
+    ranking,
     require_known,
     untouched_grounds,
 )
-from gaitlab.papers.reproduction.ground_order import NOWHERE, limits, ordered, ranking
 from tests.papers.reproduction.printed import printed_results
 
 CALIBRATED = {

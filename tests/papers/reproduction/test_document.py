@@ -109,7 +109,7 @@ def test_a_mistake_is_placed_and_answered(tmp_path, old, new, place, said) -> No
 def test_an_empty_list_is_a_mistake(tmp_path: Path, key: str) -> None:
     text = WHOLE.partition("reproduction:")[0]
     other = "sections: [{section: tables}]" if key == "members" else "members: [{experiment: near}]"
-    with pytest.raises(FileError, match=f"{key}: found a list; expected a list of mappings"):
+    with pytest.raises(FileError, match=f"{key}: found an empty list; expected a list of mappings"):
         read(tmp_path, f"{text}reproduction:\n  {key}: []\n  {other}\n")
 
 

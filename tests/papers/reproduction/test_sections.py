@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from gaitlab.errors import UsageError, WrongValue
+from gaitlab.papers.reproduction import Reproduction, load_reproduction
 from gaitlab.papers.reproduction.answers import answers
 from gaitlab.papers.reproduction.headline import headline
+from gaitlab.papers.reproduction.page import first_page, second_page
 from gaitlab.papers.reproduction.sections.pitch import pitch_section, published_settings
 from gaitlab.papers.reproduction.sections.tables import tables_section
 from gaitlab.papers.reproduction.sections.variants import variants_section
@@ -71,39 +73,18 @@ def test_the_headline_says_over_how_many_cells_if_not_all_are_there() -> None:
     assert "over 10 of the 40 printed cells" in headline(answers({"a": part}, ["a"]), {})
 
 
-def test_the_sure_gaps_are_named_and_others_left_to_more_seeds(tmp_path: Path) -> None:
-    def outcome(table, place, stable, seed):
-        if table == "eros_table8" and place == (16, "grass_50mm"):
-            return False  # never, where S is printed
-        near = place == (20, "grass_10mm") and table == "eros_table7"
-        return seed % 2 == 0 if near else stable  # half, where U is printed
-
-    whole = {"a": printed_results(outcome, seeds=8)}
-    text = tables_section(section("tables", "a"), context(whole, tmp_path))
-    assert "2 of 80 cells differ from what is printed, 1 of them with an interval" in text
-    assert "Table 8 forward 16 on grass 50 mm, printed S, 0 of 8 stayed up." in text
-    assert "Table 7 forward 20 on grass 10 mm" not in text
-
-
 def out_of_reach(trials: list[dict[str, object]], row: float) -> list[dict[str, object]]:
     """The same with one row that no leg reaches."""
     none = {"state": "INFEASIBLE", "stable": None, "stable_strict": None, "fell": None}
     return [{**t, **none} if t["gait.step_length"] == row else t for t in trials]
 
 
-def test_cells_out_of_reach_are_counted_as_unstable_and_left_out_beside_it(tmp_path: Path) -> None:
+def test_cells_out_of_reach_are_counted_as_unstable(tmp_path: Path) -> None:
     whole = {"a": results_of(out_of_reach(printed_trials(), 0.12))}
     text = tables_section(section("tables", "a"), context(whole, tmp_path))
     assert "S = U" not in text
     assert cells(text, "forward 24")[5] == "U = U 0/4 out of reach"
-    assert "4 cells of each table out of reach" in text
     assert [cell[:4] for cell in cells(text, "**simulated, all rows**")[1:3]] == ["50 %", "78 %"]
-    assert [cell[:4] for cell in cells(text, "**simulated, within reach**")[1:3]] == [
-        "56 %",
-        "86 %",
-    ]
-    at_hand = tables_section(section("tables", "a"), context({"a": printed_results()}, tmp_path))
-    assert "No cell is out of reach" in at_hand
 
 
 def test_variants_say_what_was_out_of_their_reach(tmp_path: Path) -> None:
@@ -123,11 +104,10 @@ def test_variants_on_fewer_grounds_are_summed_over_those_that_all_have(tmp_path:
     assert "are over the grounds of all: grass 50 mm, grass 30 mm." in text
     for label in ("a: plain", "b: plain"):
         row = cells(text, label)
-        assert row[5].startswith("24/80 ")
-        assert row[6].startswith("30 %")
-    assert cells(text, "a: plain")[4].startswith("36/40 ")  # the carpet is there, not in the sum
-    agreed = text.partition("| cells as printed")[2]
-    assert cells(agreed, "a: plain")[4:] == ["40/40, 100 % [91–100]", "20/20, 100 % [84–100]"]
+        assert row[1].startswith("24/80 ")
+        assert row[2].startswith("30 %")
+    agreed = cells(text, "a: plain")[5]
+    assert agreed == "40/40, 100 % [91–100] (Table 7); the same cells 20/20"
     alone = variants_section(section("variants", "a"), context({"a": whole["a"]}, tmp_path))
     assert "grounds of all" not in alone
 
@@ -140,7 +120,7 @@ def test_variants_without_a_common_ground_keep_their_own_sums(tmp_path: Path) ->
     whole = {name: results_of(rows) for name, rows in zip("ab", halves, strict=True)}
     text = variants_section(section("variants", "a", "b"), context(whole, tmp_path))
     assert "No ground is shared by all" in text
-    assert cells(text, "a: plain")[5].startswith("36/40 ")
+    assert cells(text, "a: plain")[1].startswith("36/40 ")
 
 
 def test_the_only_variant_of_a_member_is_called_by_the_member(tmp_path: Path) -> None:
@@ -172,7 +152,7 @@ def test_predicted_cells_stand_beside_what_guessing_gives(tmp_path: Path) -> Non
     kinds = ("calibrated on", "predicted, forward", "predicted, backward", "predicted, all")
     rows = [cells(text, f"Table 8, {BOTH}: {kind}")[1:] for kind in kinds]
     assert [row[0].partition(",")[0] for row in rows] == ["14/14", "13/14", "12/12", "25/26"]
-    assert [row[1:] for row in rows] == [[n, n] for n in ("12/14", "11/14", "9/12", "20/26")]
+    assert [row[2:] for row in rows] == [[n, n] for n in ("12/14", "11/14", "9/12", "20/26")]
 
 
 def test_the_papers_efficiencies_stand_beside_ours(tmp_path: Path) -> None:
@@ -180,7 +160,9 @@ def test_the_papers_efficiencies_stand_beside_ours(tmp_path: Path) -> None:
     assert cells(text, "paper, stated in the text")[1:] == ["32 %", "80 %", "+48"]
     assert cells(text, "**simulated, all rows**")[1].startswith("50 %")
     assert cells(text, "**simulated, forward rows**")[2].startswith("82 %")
-    assert cells(text, "Table 7, the paper")[1:] == ["0", "0", "8", "20"]
+    assert (
+        "Table 7: carpet 4 mm > grass 10 mm > grass 50 mm = grass 30 mm; the paper: carpet" in text
+    )
 
 
 def test_tables_without_an_answer_to_a_printed_table_say_so(tmp_path: Path) -> None:
@@ -201,11 +183,10 @@ def toys() -> dict[str, Results]:
 def test_variants_are_set_against_the_base_of_their_own_member(toys, tmp_path: Path) -> None:
     given = section("variants", "toy", "other", base="plain", labels={"other": "elsewhere"})
     text = variants_section(given, context(toys, tmp_path))
-    against = text.partition("| against")[2]
-    assert cells(against, f"toy: {BOTH}")[1] == "toy: plain"
-    assert cells(against, f"elsewhere: {BOTH}")[1] == "elsewhere: plain"
-    assert cells(against, "elsewhere: plain")[1] == "toy: plain"
-    assert len(re.findall(r"^\| toy: plain ", against.partition("\n\n")[0], re.MULTILINE)) == 0
+    assert cells(text, f"toy: {BOTH}")[4] == "toy: plain"
+    assert cells(text, f"elsewhere: {BOTH}")[4] == "elsewhere: plain"
+    assert cells(text, "elsewhere: plain")[4] == "toy: plain"
+    assert cells(text, "toy: plain")[3:5] == ["—", "—"]
 
 
 def test_counts_and_differences_of_variants_can_be_counted(toys, tmp_path: Path) -> None:
@@ -215,19 +196,18 @@ def test_counts_and_differences_of_variants_can_be_counted(toys, tmp_path: Path)
     counts = trials.groupby("variant")["stable"].agg(["sum", "size"])
     for label in ("plain", BOTH):
         up, n = counts.loc[label]
-        assert cells(text, label)[5].startswith(f"{up}/{n} [")
+        assert cells(text, label)[1].startswith(f"{up}/{n} [")
     gain = 100 * (counts.loc[BOTH, "sum"] - counts.loc["plain", "sum"]) / 128
-    line = cells(text.partition("| against")[2], BOTH)
-    assert line[2].startswith(f"{gain:+.0f} [")
-    assert line[2].endswith("**better**")
-    assert line[-1] == "128"
+    said = cells(text, BOTH)[3]
+    assert said.startswith(f"{gain:+.0f} points [")
+    assert said.endswith("**better**, n = 128")
 
 
 def test_another_base_can_be_named_for_one_variant(toys, tmp_path: Path) -> None:
     names = {"other/plain": f"toy/{BOTH}"}
     given = section("variants", "toy", "other", base="plain", against=names)
-    text = variants_section(given, context(toys, tmp_path)).partition("| against")[2]
-    assert cells(text, "other: plain")[1] == f"toy: {BOTH}"
+    text = variants_section(given, context(toys, tmp_path))
+    assert cells(text, "other: plain")[4] == f"toy: {BOTH}"
 
 
 def test_a_variant_can_be_left_out(toys, tmp_path: Path) -> None:
@@ -324,3 +304,38 @@ def test_pitch_of_walks_that_answer_to_no_setting_is_not_shown(tmp_path: Path) -
     results = results_of(walks(0.05, 0.045, (1.0,)))
     text = pitch_section(section("pitch", "a"), context({"a": results}, tmp_path))
     assert not re.search("Fig", text)
+
+
+def test_a_section_behind_stands_on_the_second_page_with_where_all_comes_from(
+    tmp_path: Path,
+) -> None:
+    given = context({"a": printed_results()}, tmp_path)
+    member = given.experiments["a"]
+    whole = Reproduction(
+        name="whole",
+        title="A paper anew",
+        description="",
+        path=member.path,
+        members=(member,),
+        sections=(
+            replace(section("tables", "a"), title="In front"),
+            replace(section("variants", "a"), title="Behind", details=True),
+        ),
+    )
+    first, second = first_page(whole, given), second_page(whole, given)
+    assert "## In front" in first
+    assert "## Behind" in second
+    assert "## Behind" not in first
+    assert "[second page](details.md)" in first
+    assert ("## Provenance" in first, "## Provenance" in second) == (False, True)
+    assert second.count("Runs that stayed up, of all") == 1
+    alone = replace(whole, sections=whole.sections[:1])
+    assert "## Provenance" in first_page(alone, given)
+    assert "details.md" not in first_page(alone, given)
+
+
+def test_the_shipped_page_has_its_answers_in_front() -> None:
+    whole = load_reproduction("eros_reproduction")
+    front = [each.title for each in whole.sections if not each.details]
+    assert front[:2] == ["Tables 7 and 8", "Taken apart"]
+    assert len(front) <= 4

@@ -2,8 +2,9 @@
 
 `section: tables` is `tables.py`. A kind is a file of this folder with a function of its own name,
 `def tables_section(section: Section, context: Context) -> str`, which returns Markdown without the
-heading, and a constant `OPTIONS`, a tuple of `option(...)`, of what the file may say besides title,
-text and experiments. It writes its figures into `context.folder`. Adding a kind is adding a file;
+heading, and constants: `OPTIONS`, a tuple of `option(...)`, of what the file may say besides title,
+text and experiments, and `HOW_TO_READ`, what its tables mean, said once a page. It writes its
+figures into `context.folder`. Adding a kind is adding a file;
 a file that begins with an underscore is none.
 """
 
@@ -48,6 +49,12 @@ def section_text(section: Section, context: Context) -> str:
     """
     write: SectionText = getattr(_module(section.kind), f"{section.kind}_section")
     return write(section, context)
+
+
+def how_to_read(kind: str) -> str:
+    """What a reader has to know of the tables of a kind, said once a page; may be empty."""
+    text: str = getattr(_module(kind), "HOW_TO_READ", "")
+    return text
 
 
 @cache

@@ -97,7 +97,7 @@ def pitch_section(section: Section, context: Context) -> str:
         "simulated", "distance, paper", "simulated, of at most",
     ]  # fmt: skip
     ordered = sorted(rows, key=lambda row: row[0])  # readings and variants keep their order
-    return f"{HOW_TO_READ}\n\n{table(head, ordered, 'lll')}"
+    return table(head, ordered, "lll")
 
 
 def _cycles(context: Context, name: str) -> float:

@@ -20,13 +20,9 @@ from gaitlab.papers.reproduction.answers import (
     best_constant,
     forward_only,
     judged,
-    out_of_reach,
     require_known,
-    without_cells,
 )
 from gaitlab.papers.reproduction.efficiency import Simulated, claims
-from gaitlab.papers.reproduction.gaps import gaps_sentence
-from gaitlab.papers.reproduction.ground_order import NOWHERE, limits
 from gaitlab.papers.reproduction.headline import (
     count_text,
     efficiencies,
@@ -34,14 +30,12 @@ from gaitlab.papers.reproduction.headline import (
     order_sentence,
 )
 from gaitlab.papers.reproduction.section import Context, Section, option
-from gaitlab.report.cells import DIRECTIONS
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.words import (
     NOTHING,
     interval,
     letter,
     percent,
-    plural,
     surface_text,
     verdict_text,
 )
@@ -65,9 +59,8 @@ first step does not stand, which is no verdict and agrees with none. `?` marks w
 whose 95 % interval holds one half."""
 GUESSES = """\
 *Always S* says stable of every cell. *Best constant* says of each ground and table whichever
-verdict the paper prints there more often, with the answer in hand: a count that is no higher shows
-no more than how often each ground is printed stable. Intervals are Wilson's, 95 %; cells of one
-ground hang together, so they are narrower than they should be."""
+verdict the paper prints there more often, with the answer in hand. Intervals are Wilson's; cells of
+one ground hang together, so they are narrower than they should be."""
 STRICT = """\
 *Strict* counts a walk as stable only if it also covered half of the commanded distance; the paper
 asks for no fall alone."""
@@ -78,7 +71,6 @@ and the forward rows are counted apart."""
 SEEDS = """\
 Intervals in this table are of the seeds alone, cells taken as independent: of what was assumed and
 of the choice of constants there is nothing in them."""
-LIMITS = "Longest printed distance up to which every forward row is stable."
 CLAIMS = """\
 The text states 32 → 80 %; counting the printed cells gives 50 → 80 %. With 0, 0, 0 and 2 stable
 backward rows in Table 7 the same counting gives the pedestals' stated 10, 10, 30 and 80 %, which
@@ -102,9 +94,7 @@ def tables_section(section: Section, context: Context) -> str:
         f"{LEGEND} The printed distance is read as {_reading(found[0])}.",
         *(_matrix(answer, judgements, found) for answer, judgements in every),
         _agreement(every),
-        gaps_sentence([cell for _, cells in every for cell in cells]),
-        _held_out(every),
-        _limits(every),
+        _order(every),
         _efficiency(first_answers(found)),
     ]
     return "\n\n".join(block for block in blocks if block)
@@ -164,34 +154,13 @@ def _cell(cell: Judged) -> str:
     return text + (" †" if cell.calibrated else "")
 
 
-def _agreement(every: Every) -> str:
-    """Cells as printed by direction and ground."""
-    grounds = list(dict.fromkeys(g for _, cells in every for g in _grounds(cells)))
-    rows = []
-    found = [answer for answer, _ in every]
-    for answer, cells in every:
-        for direction in (*DIRECTIONS, "all"):
-            chosen = [c for c in cells if direction in ("all", c.place.direction)]
-            if chosen:
-                name = f"{_name(answer, found)}, {direction}"
-                counts = agreement(chosen), agreement(chosen, "stable_strict")
-                texts = [count_text(counts[0]), _short(counts[1])]
-                rows.append([name, *_by_ground(chosen, grounds), *texts])
-    titles = (escape(surface_text(ground)) for ground in grounds)
-    head = ["cells as printed", *titles, "all grounds [95 %]", "strict"]
-    return f"### Agreement\n\n{table(head, rows, 'l')}\n\n{STRICT} {BACKWARD}"
-
-
-def _by_ground(cells: Sequence[Judged], grounds: Sequence[str]) -> list[str]:
-    chosen = ([c for c in cells if c.place.surface == ground] for ground in grounds)
-    return [_short(agreement(group)) if group else NOTHING for group in chosen]
-
-
 def _short(count: Count) -> str:
     return f"{count.successes}/{count.n}"
 
 
 KINDS: tuple[tuple[str, Callable[[Judged], bool]], ...] = (
+    ("forward", lambda cell: cell.place.direction == "forward"),
+    ("backward", lambda cell: cell.place.direction == "backward"),
     ("calibrated on", lambda cell: cell.calibrated),
     ("predicted, forward", lambda c: not c.calibrated and c.place.direction == "forward"),
     ("predicted, backward", lambda c: not c.calibrated and c.place.direction == "backward"),
@@ -199,45 +168,28 @@ KINDS: tuple[tuple[str, Callable[[Judged], bool]], ...] = (
 )
 
 
-def _held_out(every: Every) -> str:
-    """Agreement of calibrated and predicted cells beside what guessing gives."""
+def _agreement(every: Every) -> str:
+    """Cells as printed by direction, calibrated or predicted, beside what guessing gives."""
     rows = []
     found = [answer for answer, _ in every]
     for answer, cells in every:
         for kind, wanted in KINDS:
             chosen = [cell for cell in cells if wanted(cell)]
             if chosen:
-                counts = (always_stable(chosen), best_constant(chosen))
-                texts = [count_text(agreement(chosen)), *map(_short, counts)]
-                rows.append([f"{_name(answer, found)}: {kind}", *texts])
-    head = ["cells", "as printed [95 %]", "always S", "best constant a ground"]
-    return (
-        f"### What was predicted, and what guessing gives\n\n{table(head, rows, 'l')}\n\n{GUESSES}"
-    )
+                counts = agreement(chosen, "stable_strict"), always_stable(chosen)
+                texts = map(_short, (*counts, best_constant(chosen)))
+                rows.append(
+                    [f"{_name(answer, found)}: {kind}", count_text(agreement(chosen)), *texts]
+                )
+    head = ["cells", "as printed [95 %]", "strict", "always S", "best constant a ground"]
+    return f"### Agreement\n\n{table(head, rows, 'l')}\n\n{STRICT} {GUESSES} {BACKWARD}"
 
 
-def _limits(every: Every) -> str:
-    """Longest stable forward step of each ground."""
-    rows = []
-    grounds = list(dict.fromkeys(g for _, cells in every for g in _grounds(cells)))
-    found = [answer for answer, _ in every]
-    for answer, cells in every:
-        both = limits(cells)
-        sides = ((f"{answer.table.title}, the paper", both.paper),
-                 (f"{_name(answer, found)}, simulated", both.ours))  # fmt: skip
-        for name, side in sides:
-            rows.append([name, *(_distance(side.get(ground)) for ground in grounds)])
-    unique = list(dict.fromkeys(map(tuple, rows)))
-    head = ["printed distance", *(escape(surface_text(ground)) for ground in grounds)]
-    told = "\n".join(
-        f"- {text}" for answer, cells in every if (text := order_sentence(answer, cells))
-    )
-    blocks = ["### Order of the pedestals", LIMITS, table(head, unique, "l"), told]
-    return "\n\n".join(block for block in blocks if block)
-
-
-def _distance(value: float | None) -> str:
-    return NOTHING if value is None else "none" if value == NOWHERE else f"{value:g}"
+def _order(every: Every) -> str:
+    """The grounds from the longest stable forward step to the shortest."""
+    told = (order_sentence(answer, cells) for answer, cells in every)
+    lines = "\n".join(f"- {text}" for text in told if text)
+    return f"### Order of the pedestals\n\n{lines}" if lines else ""
 
 
 def _efficiency(first: Sequence[Answer]) -> str:
@@ -260,18 +212,9 @@ def _efficiency(first: Sequence[Answer]) -> str:
         len(a.results.trials) < len(b.results.trials) for a, b in zip(forward, first, strict=True)
     ):
         rows.append(_simulated_row("simulated, forward rows", efficiencies(forward[0], forward[1])))
-    if left_out := out_of_reach(first):
-        within = [without_cells(answer, left_out) for answer in first]
-        rows.append(_simulated_row("simulated, within reach", efficiencies(within[0], within[1])))
     head = ["efficiency", "without [95 %]", "with [95 %]", "gain, points [95 %]"]
     pairs = "drawn in pairs of equal cell and seed" if ours.paired else "without common seeds"
-    reach = (
-        f"{plural(len(left_out), 'cell')} of each table out of reach for one of the two gaits: not "
-        "stable in *all rows*, left out of *within reach*"
-        if left_out
-        else "No cell is out of reach, so that none is counted as not stable for that"
-    )
-    note = f"{CLAIMS} The interval of the gain is {pairs}. {SEEDS} {reach}."
+    note = f"{CLAIMS} The interval of the gain is {pairs}. {SEEDS}"
     return f"### Efficiency\n\n{table(head, rows, 'l')}\n\n{note}"
 
 

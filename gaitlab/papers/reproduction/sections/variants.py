@@ -6,13 +6,19 @@ of a member, set against a base on the cells that both walked, pairs of equal ce
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from math import ceil
 from typing import cast
 
-from gaitlab.papers.reproduction.agreement_table import agreement_table
-from gaitlab.papers.reproduction.figures.share_dots import share_dots
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gaitlab.papers.reproduction.answers import Answer, Judged, agreement, table_of
+from gaitlab.papers.reproduction.answers import judged as judged_cells
+from gaitlab.papers.reproduction.headline import count_text
 from gaitlab.papers.reproduction.section import Context, Section, option
 from gaitlab.papers.reproduction.together import (
     Shown,
@@ -21,9 +27,9 @@ from gaitlab.papers.reproduction.together import (
     shown_variants,
     together,
 )
-from gaitlab.render.figure_style import save
+from gaitlab.render.figure_style import BAND, INK, PAPER, new_figure, save, style, wrapped
 from gaitlab.report.comparison import difference, loud
-from gaitlab.report.markdown import details, escape, image, table
+from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.matching import matched
 from gaitlab.report.results import Results
 from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
@@ -47,15 +53,16 @@ OPTIONS = (
     option("figure", str, "", "name of the figure's file; by default that of the members"),
 )
 HOW_TO_READ = """\
-Runs that stayed up, of all, and in brackets the Wilson interval of that share in percent. A
-difference is taken over the cells that both have walked, in pairs of equal cell and seed; seeds,
-not pairs, count as independent, since walks of one seed share their servos (random signs of each
-seed's sum). *better* and *worse* hold for the whole column *all*, and apart from it for the columns
-of the grounds together: of twenty such tables without any difference at most one names one (Holm).
-Where neither is said, the runs cannot tell. Agreement counts every printed cell that a variant has
-walked, a step out of reach as not stable, and apart the cells that all variants beside the same
-table have walked. In the figure a base is hollow, and the dotted line is the share of the first
-one."""
+Runs that stayed up, of all, with Wilson's interval of that share in percent. A variant less its
+base: over the cells that both have walked, runs of equal cell and seed in pairs; *better* and
+*worse* hold for the whole table together (Holm), where neither is said the runs cannot tell. *As
+printed* counts the printed cells that a variant has walked, a step out of reach as not stable, and
+apart those that all variants beside the same table have. In the figure a base is hollow, and the
+dotted line is the share of the first one."""
+ACROSS = 4  # panels side by side; more go below
+LINE = 0.21  # in, height of a variant
+HEAD = 0.75  # in, of titles and labels of a row of panels
+LETTERS = 30  # of a label, on each of at most three lines
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,17 +118,20 @@ def variants_section(section: Section, context: Context) -> str:
         WrongValue: If an option names a variant that there is not.
     """
     found = _compared(section, context)
-    name = str(section.options["figure"]) or "variants_" + "_".join(section.experiments)
+    name = str(section.options["figure"]) or "variants_" + _file_name(section)
     blocks = [
         _extent(found),
-        _share_table(found),
+        _table(found),
         _reach_sentence(found),
         _figure(found, context, name),
-        _difference_table(found),
-        agreement_table(found.shown),
-        details("How to read these tables", HOW_TO_READ),
     ]
     return "\n\n".join(block for block in blocks if block)
+
+
+def _file_name(section: Section) -> str:
+    """The section's title and members, in letters that a file may have."""
+    words = re.findall(r"[a-z0-9_]+", section.title.lower())
+    return "_".join((*words, *section.experiments))[:80]
 
 
 def _compared(section: Section, context: Context) -> _Compared:
@@ -176,16 +186,64 @@ def _extent(found: _Compared) -> str:
     return text
 
 
-def _share_table(found: _Compared) -> str:
-    grounds = [str(ground) for ground in found.results.column_values]
-    head = [
-        "stable runs [%]",
-        *(escape(surface_text(g)) for g in grounds),
-        "all",
-        "efficiency [95 %]",
-    ]
-    rows = [_share_row(found, one, grounds) for one in found.shown]
-    return table(head, rows, "l")
+def _table(found: _Compared) -> str:
+    """Each variant with its share, its efficiency, its base and the printed cells it meets."""
+    gaps = _gaps(found)
+    cells = {one.label: _judged(one) for one in found.shown}
+    beside = any(cells.values())
+    head = ["", "stable runs", "efficiency [95 %]", "less its base [95 %]", "base"]
+    rows = []
+    for one, base in zip(found.shown, found.bases, strict=True):
+        gap = gaps.get(one.label, NOTHING)
+        against = NOTHING if base is None else escape(base.label)
+        met = [_met(cells[one.label], list(cells.values()))] if beside else []
+        rows.append([escape(one.label), *_shares(found, one), gap, against, *met])
+    return table([*head, *(["cells as printed"] if beside else [])], rows, "l")
+
+
+def _shares(found: _Compared, one: Shown) -> tuple[str, str]:
+    cells = found.cells(one)
+    alike = {g: column for g, column in cells.items() if g in found.common} or cells
+    every = [cell for column in alike.values() for cell in column]
+    return _share(_count(every)) if every else NOTHING, _efficiency(alike)
+
+
+def _gaps(found: _Compared) -> dict[str, str]:
+    """What each variant with a base changes, all of them one family of tests."""
+    pairs = [(one, matched(found.results, found.variant(base), found.variant(one)))
+             for one, base in found.pairs]  # fmt: skip
+    walked = [(one, runs.contrast("stable")) for one, runs in pairs]
+    walked = [(one, contrast) for one, contrast in walked if contrast.n]
+    told = judged([contrast for _, contrast in walked])
+    return {one.label: _gap(gap) for (one, _), gap in zip(walked, told, strict=True)}
+
+
+def _gap(contrast: Contrast) -> str:
+    said = "" if contrast.verdict == "cannot tell" else f" {loud(contrast)}"
+    return f"{difference(contrast)}{said}, n = {contrast.n}"
+
+
+def _judged(one: Shown) -> list[Judged]:
+    """Cells beside a printed table; empty for a variant that answers to none."""
+    if (reference := table_of(one.variant)) is None:
+        return []
+    return judged_cells(
+        Answer(
+            table=reference, experiment=one.experiment, results=one.results, variant=one.variant
+        ),
+        {},
+    )
+
+
+def _met(cells: Sequence[Judged], every: Sequence[Sequence[Judged]]) -> str:
+    """How many cells have the printed verdict, and how many of those that all variants have."""
+    if not cells:
+        return NOTHING
+    beside = [other for other in every if other and other[0].table is cells[0].table]
+    shared = set.intersection(*({cell.place for cell in other} for other in beside))
+    same = agreement([cell for cell in cells if cell.place in shared])
+    text = f"{count_text(agreement(cells))} ({cells[0].table.title})"
+    return text if same.n == len(cells) else f"{text}; the same cells {same.successes}/{same.n}"
 
 
 def _reach_sentence(found: _Compared) -> str:
@@ -204,15 +262,6 @@ def _reach_sentence(found: _Compared) -> str:
             )
     told = "; ".join(parts)
     return f"Steps out of the legs' reach count as not stable: {told}." if told else ""
-
-
-def _share_row(found: _Compared, one: Shown, grounds: Sequence[str]) -> list[str]:
-    cells = found.cells(one)
-    alike = {g: column for g, column in cells.items() if g in found.common} or cells
-    every = [cell for column in alike.values() for cell in column]
-    texts = [_share(_count(cells[g])) if g in cells else NOTHING for g in grounds]
-    whole = _share(_count(every)) if every else NOTHING
-    return [escape(one.label), *texts, whole, _efficiency(alike)]
 
 
 def _efficiency(cells: Mapping[str, Sequence[Cell]]) -> str:
@@ -244,37 +293,46 @@ def _figure(found: _Compared, context: Context, name: str) -> str:
     return image(what, f"{name}.png")
 
 
-def _difference_table(found: _Compared) -> str:
-    """Each variant against its base, on each ground and on all, one family of tests."""
-    grounds = [str(ground) for ground in found.results.column_values]
-    walked = [(pair, _contrasts(found, *pair, grounds)) for pair in found.pairs]
-    lines = [(pair, line) for pair, line in walked if line[0].n]
-    whole = judged([line[0] for _, line in lines])
-    parts = iter(judged([contrast for _, line in lines for contrast in line[1:]]))
-    rows = [
-        [
-            escape(one.label),
-            escape(base.label),
-            _difference(first),
-            *(_difference(next(parts)) for _ in line[1:]),
-            str(first.n),
-        ]
-        for ((one, base), line), first in zip(lines, whole, strict=True)
-    ]
-    if not rows:
-        return ""
-    titles = (escape(surface_text(ground)) for ground in grounds)
-    return table(["difference, points [95 %]", "against", "all", *titles, "pairs"], rows, "ll")
+def share_dots(counts: Mapping[str, Mapping[str, Count]], bases: Sequence[str]) -> Figure:
+    """Dots over [0, 100] percent, in the order given; bases are hollow, with a line down.
+
+    Args:
+        counts: By label of the variant, then by ground; a ground that is not there leaves a gap.
+        bases: Labels of those that others are compared with.
+    """
+    grounds = list(dict.fromkeys(ground for found in counts.values() for ground in found))
+    across, down = min(ACROSS, len(grounds)), ceil(len(grounds) / ACROSS)
+    with style():
+        figure = new_figure(height=down * (HEAD + LINE * len(counts)))
+        axes = figure.subplots(down, across, squeeze=False, sharey=True)
+        for index, axis in enumerate(axes.ravel()):
+            axis.set_visible(index < len(grounds))
+            if index < len(grounds):
+                _draw(axis, {k: v.get(grounds[index]) for k, v in counts.items()}, bases)
+                axis.set_title(wrapped(surface_text(grounds[index]), 16))
+        for row in axes:
+            row[0].set_yticks(range(len(counts)), [wrapped(name, LETTERS) for name in counts])
+            row[0].set_ylim(len(counts) - 0.4, -0.6)
+    return figure
 
 
-def _contrasts(found: _Compared, one: Shown, base: Shown, grounds: Sequence[str]) -> list[Contrast]:
-    runs = matched(found.results, found.variant(base), found.variant(one))
-    parts = (runs, *(runs.only(found.results.columns, ground) for ground in grounds))
-    return [part.contrast("stable") for part in parts]
-
-
-def _difference(contrast: Contrast) -> str:
-    if not contrast.n:
-        return NOTHING
-    points = difference(contrast).replace(" points", "")
-    return points if contrast.verdict == "cannot tell" else f"{points} {loud(contrast)}"
+def _draw(axis: Axes, counts: Mapping[str, Count | None], bases: Sequence[str]) -> None:
+    for place, (label, count) in enumerate(counts.items()):
+        if place % 2:
+            axis.axhspan(place - 0.5, place + 0.5, color=BAND, linewidth=0)
+        if count is None or not count.n:
+            continue
+        share, (low, high) = 100.0 * count.successes / count.n, wilson(*count)
+        axis.plot([100.0 * low, 100.0 * high], [place, place], color=INK, linewidth=1.2)
+        hollow = label in bases
+        axis.plot(
+            [share], [place], marker="D" if hollow else "o", markersize=5.0, color=INK,
+            markerfacecolor=PAPER if hollow else INK,
+        )  # fmt: skip
+    first = counts.get(bases[0]) if bases else None
+    if first is not None and first.n:
+        axis.axvline(100.0 * first.successes / first.n, color=INK, linewidth=0.6, linestyle=":")
+    axis.set_xlim(-4, 104)
+    axis.set_xticks([0, 50, 100])
+    axis.set_xlabel("stable runs [%]")
+    axis.tick_params(axis="y", length=0, labelsize=7.5)

@@ -1,1 +1,0 @@
-"""Figures of a reproduction's sections: one file each."""
