@@ -159,11 +159,11 @@ def test_every_word_of_the_glossary_is_a_name_of_the_program() -> None:
 
 
 def test_the_units_of_the_glossary_are_those_of_the_metrics() -> None:
-    from gaitlab.metrics import names, unit_of
+    from gaitlab.metrics import lookup, names
 
     page = (ROOT / "docs" / "words.md").read_text()
     units = dict(re.findall(r"^\| `(\w+)` \| (\S+) \|", page, re.MULTILINE))
-    known = {name: unit_of(name) for name in names()}
+    known = {name: lookup(name).unit for name in names()}
     shared = units.keys() & known.keys() - {"stable", "stalled", "fell", "stable_strict"}
     assert len(shared) >= 8
     assert {name: units[name] for name in shared} == {name: known[name] for name in shared}

@@ -21,7 +21,8 @@ from tests.written import GAIT
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_listed_name_is_found_again(kind) -> None:
     for name in names(kind):
-        assert locate(kind, name).stem == name
+        path = locate(kind, name)
+        assert path.stem == name or (kind == "metric" and f"def {name}(" in path.read_text())
 
 
 def test_shipped_things_are_listed() -> None:

@@ -324,9 +324,9 @@ def test_shipped_robots_have_what_some_metrics_need(tmp_path: Path) -> None:
         assert study.objectives[0].metric == aim
 
 
-@pytest.mark.parametrize("name", [name for name in metrics.names() if metrics.needs(name)])
+@pytest.mark.parametrize("name", [name for name in metrics.names() if metrics.lookup(name).needs])
 def test_what_a_metric_needs_is_known(name: str) -> None:
-    assert set(metrics.needs(name)) <= set(metrics.REQUISITES) == set(HAS)
+    assert set(metrics.lookup(name).needs) <= set(metrics.REQUISITES) == set(HAS)
 
 
 @pytest.mark.parametrize("key", ["search", "objectives"])

@@ -78,9 +78,10 @@ def list_names(
       gaitlab list surfaces
     """
     if kind is Plural.metrics:
-        from gaitlab.metrics import unit_of
+        from gaitlab.metrics import lookup
 
-        rows = [[name, unit_of(name), _summary("metric", name)] for name in _names(kind)]
+        found = [lookup(name) for name in _names(kind)]
+        rows = [[each.name, each.unit, each.doc.partition("\n")[0]] for each in found]
         say(wrapped(["metric", "unit", "what it is"], rows, texts=1))
     elif kind is not None:
         rows = [[name, _summary(_file_kind(kind), name)] for name in _names(kind)]

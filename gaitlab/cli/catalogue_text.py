@@ -89,11 +89,9 @@ def _parameters_text(
 
 
 def _metric_text(name: str) -> str:
-    from inspect import getdoc
+    from gaitlab.metrics import lookup
 
-    from gaitlab.metrics import metric, unit_of
-
-    return f"unit: {unit_of(name)}\n{getdoc(metric(name))}"
+    return f"unit: {lookup(name).unit}\n{lookup(name).doc}"
 
 
 def _experiment_text(name: str) -> str:

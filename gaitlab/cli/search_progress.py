@@ -14,7 +14,7 @@ from rich.text import Text
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.cli.terminal import moving_terminal
 from gaitlab.documents.printable import visible
-from gaitlab.metrics import unit_of
+from gaitlab.metrics import lookup
 from gaitlab.search import Candidate, History
 from gaitlab.search.search import SearchCallback, SearchStatus
 
@@ -147,7 +147,7 @@ def _value(candidate: Candidate, path: str) -> str:
 
 def with_unit(metric: str) -> str:
     """A metric with its unit in brackets, if it has one."""
-    unit = unit_of(metric)
+    unit = lookup(metric).unit
     return metric if unit == "-" else f"{metric} [{unit}]"
 
 

@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from itertools import pairwise
-from typing import Any, Literal, TypeVar, cast, get_args, get_type_hints
+from typing import Any, Literal, TypeVar, cast, get_args
 
 from gaitlab.documents import (
     Node,
@@ -50,7 +50,7 @@ from gaitlab.experiment.study import (
     Racing,
     Study,
 )
-from gaitlab.metrics import REQUISITES, metric, names, needs, unit_of
+from gaitlab.metrics import REQUISITES, lookup, names
 from gaitlab.model import gantry_of
 from gaitlab.parameters import Parameter
 from gaitlab.plugins import label, suggestion
@@ -294,7 +294,7 @@ def _read_aims(
 
 def _lacking(name: str, walks: Sequence[Parts]) -> str:
     """What a metric needs and none of the walks has; empty if there is nothing."""
-    for need in needs(name) if walks else ():
+    for need in lookup(name).needs if walks else ():
         if not any(HAS[need](walk) for walk in walks):
             robot, gait = label(walks[0].robot_code.name), label(walks[0].gait_code.name)
             return f"it needs {REQUISITES[need]}, and here the robot is {robot}, the gait {gait}"
@@ -365,14 +365,14 @@ def _read_metric(section: str, direction: Direction, node: Node) -> str:
 
 
 def _is_number(name: str) -> bool:
-    return get_type_hints(metric(name))["return"] in (float, int, bool)
+    return lookup(name).kind in (float, int, bool)
 
 
 def _number_of(name: Node | None) -> Parameter:
     """A number in the unit of a metric."""
     known = name is not None and name.value in names()
     what = str(name.value) if name is not None and known else "the metric"
-    unit = unit_of(what) if known else "-"
+    unit = lookup(what).unit if known else "-"
     return Parameter(name="", type=float, unit=unit, doc=f"a value of {what}")
 
 

@@ -7,6 +7,7 @@ file of the user's own, relative to the file that names it. Python is loaded onl
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import difflib
 import hashlib
@@ -14,6 +15,7 @@ import importlib
 import re
 import traceback
 from collections.abc import Iterable
+from functools import cache
 from os.path import expanduser
 from pathlib import Path
 from typing import Literal
@@ -101,8 +103,22 @@ def _within(kind: Kind, folder: Path) -> list[Path]:
 
 def names(kind: Kind) -> list[str]:
     """All names of a kind that can be asked for, sorted."""
+    if kind == "metric":
+        return sorted(_metrics())
     files = (file for folder in folders(kind) for file in _files(folder, SUFFIXES[kind][0]))
     return sorted({file.stem for file in files if not file.stem.startswith("_")})
+
+
+@cache
+def _metrics() -> dict[str, Path]:
+    """The family's file of each metric, read without loading it: a list of names shall be quick."""
+    return {
+        node.name: file
+        for folder in folders("metric")
+        for file in _files(folder, ".py")
+        for node in ast.parse(file.read_bytes()).body
+        if isinstance(node, ast.FunctionDef) and node.decorator_list
+    }
 
 
 def _files(folder: Path, suffix: str) -> list[Path]:
@@ -133,9 +149,11 @@ def locate(kind: Kind, name: str, relative_to: Path | None = None) -> Path:
     _refuse_dangerous(kind, name)
     if is_file_name(name):
         return _own_file(kind, name, relative_to or Path.cwd())
+    if kind == "metric" and name in _metrics():
+        return _metrics()[name]
     for folder in folders(kind):
         file = folder / f"{name}{SUFFIXES[kind][0]}"
-        if NAME.fullmatch(name) and file.is_file():
+        if kind != "metric" and NAME.fullmatch(name) and file.is_file():
             return file
     example = name if NAME.fullmatch(name) else f"my_{kind}"
     own = f"a file of your own is written with its suffix, ./{example[:40]}{SUFFIXES[kind][0]}"

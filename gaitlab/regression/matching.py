@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitlab.metrics import counts_falls
+from gaitlab.metrics import lookup
 from gaitlab.regression.baseline import Baseline, Walk
 from gaitlab.statistics import Runs, Side, match, runs_of
 
@@ -99,5 +99,5 @@ def _side(cells: list[tuple[Walk, ...]], quantity: str) -> Side:
 def _fair(walk: Walk, quantity: str) -> float | None:
     if quantity == "stable":
         return float(walk.stable)
-    value = walk.metrics.get(quantity) if counts_falls(quantity) or walk.walked else None
+    value = walk.metrics.get(quantity) if lookup(quantity).counts_falls or walk.walked else None
     return None if value is None else float(value)

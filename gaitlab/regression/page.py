@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from math import degrees, isfinite
 
-from gaitlab.metrics import better, unit_of
+from gaitlab.metrics import lookup
 from gaitlab.regression.falls import Falls, Tally
 from gaitlab.regression.gate import Outcome
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity
@@ -169,7 +169,7 @@ def _row(quantity: Quantity) -> list[str]:
 def _detectable(quantity: Quantity) -> str:
     if not isfinite(quantity.detectable):
         return "no change with so few seeds"
-    sign = 1.0 if quantity.name != "stable" and better(quantity.name) == "lower" else -1.0
+    sign = 1.0 if quantity.name != "stable" and lookup(quantity.name).better == "lower" else -1.0
     return _change(quantity, sign * quantity.detectable)
 
 
@@ -178,20 +178,20 @@ def _name(quantity: Quantity) -> str:
 
 
 def _unit(quantity: Quantity) -> str:
-    return {"rad": " °", "-": ""}.get(unit_of(quantity.name), f" {unit_of(quantity.name)}")
+    return {"rad": " °", "-": ""}.get(lookup(quantity.name).unit, f" {lookup(quantity.name).unit}")
 
 
 def _value(quantity: Quantity, value: float) -> str:
     if quantity.name == "stable":
         return f"{100.0 * value:.1f} %"
-    shown = degrees(value) if unit_of(quantity.name) == "rad" else value
+    shown = degrees(value) if lookup(quantity.name).unit == "rad" else value
     return f"{shown:.4g}{_unit(quantity)}"
 
 
 def _change(quantity: Quantity, value: float) -> str:
     if quantity.name == "stable":
         return f"{100.0 * value:+.1f} points"
-    shown = degrees(value) if unit_of(quantity.name) == "rad" else value
+    shown = degrees(value) if lookup(quantity.name).unit == "rad" else value
     return f"{shown:+.2g}{_unit(quantity)}"
 
 

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from gaitlab.metrics import better
+from gaitlab.metrics import lookup
 from gaitlab.regression.baseline import METRICS, Walk
 from gaitlab.regression.matching import Matched
 from gaitlab.statistics import Runs, detectable_drop, detectable_shift, holm
@@ -85,7 +85,7 @@ def _finding(worse: float, improved: float) -> Finding:
 def _quantity(name: str, surface: str, runs: Runs) -> Quantity:
     before, tonight = runs.means
     less, more = runs.p_value("less"), runs.p_value("greater")
-    lower_is_better = name != "stable" and better(name) == "lower"
+    lower_is_better = name != "stable" and lookup(name).better == "lower"
     return Quantity(
         name=name,
         surface=surface,

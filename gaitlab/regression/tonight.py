@@ -9,7 +9,7 @@ from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.shell import command
-from gaitlab.metrics import metric
+from gaitlab.metrics import lookup
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
 from gaitlab.running.basis import basis
 from gaitlab.running.provenance import code_digest
@@ -127,7 +127,7 @@ def _metrics(store: Store, trial_id: str, state: str, details: Details) -> dict[
     if state != "DONE" or not lacking:
         return {name: details.metrics.get(name) for name in KEPT}
     log = store.log(trial_id)
-    return {name: finite(metric(name)(log)) for name in KEPT}
+    return {name: finite(lookup(name)(log)) for name in KEPT}
 
 
 def _provenance(details: Sequence[Details]) -> dict[str, tuple[str, ...]]:

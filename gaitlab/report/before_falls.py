@@ -17,11 +17,8 @@ import pandas as pd
 
 from gaitlab.log import LogHeader, TrialLog
 from gaitlab.log.columns import FEET, columns
-from gaitlab.metrics.peak_plough_force import peak_plough_force
-from gaitlab.metrics.pitch_amplitude import pitch_amplitude
-from gaitlab.metrics.roll_amplitude import roll_amplitude
-from gaitlab.metrics.toe_first_share import toe_first_share
-from gaitlab.metrics.zmp_margin_min import zmp_margin_min
+from gaitlab.metrics.balance import pitch_amplitude, roll_amplitude, zmp_margin_min
+from gaitlab.metrics.feet import peak_plough_force, toe_first_share
 from gaitlab.report.falls import DIRECTIONS, quartiles
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import Results

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, inf
 
-from gaitlab.metrics import better, unit_of
+from gaitlab.metrics import lookup
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.matching import Matched, matched, matched_grounds
 from gaitlab.report.results import Results
@@ -189,13 +189,13 @@ def difference(item: Contrast) -> str:
 def _name(quantity: str) -> str:
     if quantity == "stable":
         return "stable runs, all"
-    unit = {"rad": "°", "-": ""}.get(unit_of(quantity), unit_of(quantity))
+    unit = {"rad": "°", "-": ""}.get(lookup(quantity).unit, lookup(quantity).unit)
     shown = f" \\[{escape(unit)}\\]" if unit else ""
-    return f"{escape(path_text(quantity))}{shown}{AIMS[better(quantity)]}"
+    return f"{escape(path_text(quantity))}{shown}{AIMS[lookup(quantity).better]}"
 
 
 def _scaled(quantity: str, value: float) -> float:
-    return degrees(value) if unit_of(quantity) == "rad" else value
+    return degrees(value) if lookup(quantity).unit == "rad" else value
 
 
 def _value(quantity: str, value: float) -> str:

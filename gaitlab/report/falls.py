@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from gaitlab.metrics import unit_of
+from gaitlab.metrics import lookup
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import Results
 from gaitlab.report.scores import fell_standing, truth
@@ -107,14 +107,14 @@ def metrics_table(results: Results) -> str:
 
 def shown_unit(name: str) -> str:
     """Unit in which a page gives a metric: angles in degrees, all else in SI units."""
-    unit = unit_of(name)
+    unit = lookup(name).unit
     return "°" if unit == "rad" else unit
 
 
 def shown_values(name: str, values: pd.Series) -> np.ndarray:
     """A metric in the unit that the page gives it in; NaN where it is not defined. Shape (n,)."""
     found = pd.to_numeric(values, errors="coerce").to_numpy(dtype=float)
-    return np.degrees(found) if unit_of(name) == "rad" else found
+    return np.degrees(found) if lookup(name).unit == "rad" else found
 
 
 def _metric_row(results: Results, name: str) -> list[str]:

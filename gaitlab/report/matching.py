@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from gaitlab.metrics import better, counts_falls
+from gaitlab.metrics import lookup
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED, truth
 from gaitlab.report.variants import Variant
@@ -66,8 +66,8 @@ class Matched:
         if quantity == "stable":
             return contrast(quantity, self.runs(quantity), "higher")
         if not all(quantity in side.columns for side in (self.first, self.second)):
-            return Contrast(quantity=quantity, direction=better(quantity))
-        return contrast(quantity, self.runs(quantity), better(quantity))
+            return Contrast(quantity=quantity, direction=lookup(quantity).better)
+        return contrast(quantity, self.runs(quantity), lookup(quantity).better)
 
 
 def matched(results: Results, first: Variant, second: Variant) -> Matched:
@@ -140,5 +140,7 @@ def _numbers(side: pd.DataFrame, quantity: str) -> np.ndarray:
     if quantity == "stable":
         return truth(side["stable"]).astype(float)
     found = pd.to_numeric(side[quantity], errors="coerce").to_numpy(float, na_value=np.nan)
-    fair = np.ones(len(side), bool) if counts_falls(quantity) else truth(side["stable_strict"])
+    fair = (
+        np.ones(len(side), bool) if lookup(quantity).counts_falls else truth(side["stable_strict"])
+    )
     return np.where(np.isfinite(found) & fair, found, np.nan)

@@ -14,7 +14,7 @@ from gaitlab.documents.outputs import write_text
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment, Value, load_experiment
 from gaitlab.experiment.reading import apply_setting, read_tree
-from gaitlab.metrics import unit_of
+from gaitlab.metrics import lookup
 from gaitlab.plugins import is_file_name
 from gaitlab.running.provenance import provenance
 from gaitlab.search.candidates import Candidate, History
@@ -130,6 +130,6 @@ def _seen(history: History) -> Sequence[int]:
 def objective_text(history: History, candidate: Candidate, place: int) -> str:
     """An objective of a candidate with its unit: `walking_speed 0.127 m/s (maximized)`."""
     objective = history.study.objectives[place]
-    unit = unit_of(objective.metric)
+    unit = lookup(objective.metric).unit
     value = f"{candidate.objectives[place]:.4g}" + (f" {unit}" if unit != "-" else "")
     return f"{objective.metric} {value} ({objective.direction}d)"

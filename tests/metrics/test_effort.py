@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
-from gaitlab.metrics.absolute_work import absolute_work
-from gaitlab.metrics.energy import energy
-from gaitlab.metrics.tracking_error import tracking_error
+from gaitlab.metrics.energy import absolute_work, energy
+from gaitlab.metrics.joints import tracking_error
 from tests.synthetic import HEADER, header, sine, walk
 
 WALKED = 6.0 * HEADER.gait_period  # s

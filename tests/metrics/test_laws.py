@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+import ast
 from math import isnan
 from pathlib import Path
 
@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import gaitlab.metrics
+from gaitlab import plugins
 from gaitlab.errors import UnknownName
 from gaitlab.log import TrialLog
-from gaitlab.metrics import Value, better, measure, metric, names, unit_of
+from gaitlab.metrics import REQUISITES, Value, lookup, measure, names
 from tests.synthetic import HEADER, fall, header, mirrored, sine, walk
 
 ALL = pytest.mark.parametrize("name", names())
@@ -96,10 +97,15 @@ def assert_same(
     assert {name: values for name, values in differing.items() if name not in but} == {}
 
 
-def test_every_file_of_the_folder_is_a_metric():
-    folder = Path(gaitlab.metrics.__file__).parent
-    files = {path.stem for path in folder.glob("*.py")} - {"__init__"}
-    assert set(measure(walk())) == set(names()) == files
+def test_every_function_of_the_families_is_a_metric_that_can_be_named() -> None:
+    defined = {
+        node.name
+        for file in Path(gaitlab.metrics.__file__).parent.glob("*.py")
+        for node in ast.parse(file.read_text()).body
+        if isinstance(node, ast.FunctionDef) and "log: TrialLog) -> " in file.read_text()
+        if not node.name.startswith("_") and file.stem not in ("__init__", "metric")
+    }
+    assert set(measure(walk())) == set(names()) == defined == set(plugins.names("metric"))
 
 
 def test_metrics_are_measured_in_the_order_of_their_names():
@@ -108,36 +114,37 @@ def test_metrics_are_measured_in_the_order_of_their_names():
 
 @ALL
 def test_a_metric_that_takes_sides_is_a_number_or_a_flag(name: str) -> None:
-    assert better(name) in ("higher", "lower", "neither")
-    if better(name) != "neither":
-        assert isinstance(metric(name)(busy()), (bool, int, float))
+    assert lookup(name).better in ("higher", "lower", "neither")
+    if lookup(name).better != "neither":
+        assert isinstance(lookup(name)(busy()), (bool, int, float))
 
 
 def test_what_is_better_follows_the_words() -> None:
-    assert (better("stable"), better("fell")) == ("higher", "lower")
-    assert better("fall_direction") == "neither"
+    assert (lookup("stable").better, lookup("fell").better) == ("higher", "lower")
+    assert lookup("fall_direction").better == "neither"
 
 
 @ALL
 def test_metric_has_a_unit_and_says_what_it_is(name):
-    module = import_module(f"gaitlab.metrics.{name}")
-    assert unit_of(name) in UNITS
-    for doc in (module.__doc__, metric(name).__doc__):
-        assert doc.split("\n")[0].endswith((".", ":"))
-    if unit_of(name) != "-":
-        assert f"[{unit_of(name)}]" in metric(name).__doc__
+    found = lookup(name)
+    assert found.unit in UNITS
+    assert found.doc.split("\n")[0].endswith((".", ":"))
+    assert found.kind in (float, int, bool, str)
+    assert set(found.needs) <= set(REQUISITES)
+    if found.unit != "-":
+        assert f"[{found.unit}]" in found.doc
 
 
 def test_a_misspelt_metric_lists_the_known_ones():
     with pytest.raises(UnknownName, match=r"'distanse'.*distance.*zmp_margin_min"):
-        unit_of("distanse")
+        lookup("distanse")
 
 
 @ALL
 @pytest.mark.parametrize("log", LOGS.values(), ids=LOGS.keys())
 def test_metric_is_a_plain_value_for_any_log(name, log):
     with np.errstate(all="ignore"):
-        value = metric(name)(log)
+        value = lookup(name)(log)
     assert value is None or type(value) in (float, bool, int, str)
 
 
@@ -149,7 +156,7 @@ def test_no_metric_is_infinite(case):
 
 @ALL
 def test_metric_tells_some_logs_apart(name):
-    values = {repr(metric(name)(LOGS[case])) for case in LOGS if "blew" not in case}
+    values = {repr(lookup(name)(LOGS[case])) for case in LOGS if "blew" not in case}
     assert len(values - {"nan", "None"}) >= 2
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab import metrics
+from gaitlab import plugins
 from gaitlab.cli import run_command_line
 from gaitlab.errors import FileError
 from gaitlab.experiment import load_experiment
@@ -49,14 +49,21 @@ def first_id(path: Path) -> str:
     return next(plan(load_experiment(path)).trials()).trial.id
 
 
-def test_it_is_measured_beside_the_others_and_stands_in_the_table(walk: Path) -> None:
+@pytest.mark.parametrize("decorated", [False, True])
+def test_it_is_measured_beside_the_others_and_stands_in_the_table(
+    walk: Path, decorated: bool
+) -> None:
+    if decorated:
+        head = "from gaitlab.metrics import metric\n@metric(unit='m', better='higher')\ndef"
+        plain = METRIC.replace('UNIT = "m"\nBETTER = "higher"\n', "")
+        (walk.parent / "trunk_rise.py").write_text(plain.replace("def", head))
     store = Store(walk.parent / "data")
     words = ["run", str(walk), "--store", str(store.path), "-q"]
     assert run_command_line([*words, "-j", "1"]) == 0
     trial_id = first_id(walk)
     expected = 2.0 * float(store.log(trial_id)["trunk_z"].max())
     assert store.record(trial_id).metrics["trunk_rise"] == pytest.approx(expected)
-    assert set(store.record(trial_id).metrics) == {*metrics._shipped(), "trunk_rise"}
+    assert set(store.record(trial_id).metrics) == {*plugins.names("metric"), "trunk_rise"}
     assert store.query("SELECT trunk_rise FROM trials")["trunk_rise"][0] == pytest.approx(expected)
     assert run_command_line([*words, "-j", "0"]) == 0  # cached
 

@@ -6,17 +6,18 @@ from math import isnan, sqrt
 
 import pytest
 
-from gaitlab.metrics import metric
-from gaitlab.metrics.absolute_work import absolute_work
-from gaitlab.metrics.coupling_residual import coupling_residual
-from gaitlab.metrics.energy import energy
-from gaitlab.metrics.on_gantry import on_gantry
-from gaitlab.metrics.peak_balancing_moment import peak_balancing_moment
-from gaitlab.metrics.peak_torque import peak_torque
-from gaitlab.metrics.rms_balancing_moment import rms_balancing_moment
-from gaitlab.metrics.rms_torque import rms_torque
-from gaitlab.metrics.saturation_share import saturation_share
-from gaitlab.metrics.sole_penetration import sole_penetration
+from gaitlab.metrics import lookup
+from gaitlab.metrics.energy import absolute_work, energy
+from gaitlab.metrics.feet import sole_penetration
+from gaitlab.metrics.joints import (
+    coupling_residual,
+    on_gantry,
+    peak_balancing_moment,
+    peak_torque,
+    rms_balancing_moment,
+    rms_torque,
+    saturation_share,
+)
 from tests.synthetic import HEADER, header, sine, walk
 
 BELTED = header(
@@ -41,7 +42,7 @@ def test_the_residual_is_the_worst_of_the_coupled_joints_alone() -> None:
 
 @pytest.mark.parametrize("name", ON_BELTS)
 def test_a_robot_on_its_own_has_no_figure_of_belts_and_gantry(name: str) -> None:
-    assert isnan(metric(name)(walk(left_knee_torque=1.0)))
+    assert isnan(lookup(name)(walk(left_knee_torque=1.0)))
 
 
 def test_the_gantry_is_no_servo_but_has_a_moment() -> None:

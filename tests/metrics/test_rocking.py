@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.metrics import measure
-from gaitlab.metrics.pitch_amplitude import pitch_amplitude
-from gaitlab.metrics.pitch_rms import pitch_rms
+from gaitlab.metrics.balance import pitch_amplitude, pitch_rms
 from tests.synthetic import HEADER, fall, sine, walk
 
 SIX = radians(6.0)

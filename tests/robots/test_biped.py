@@ -12,7 +12,7 @@ from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position
 from gaitlab.log import TrialLog
-from gaitlab.metrics import metric
+from gaitlab.metrics import lookup
 from gaitlab.model import Joint, couplings_of, gantry_of
 from gaitlab.model import Robot as RobotProtocol
 from gaitlab.model.commands import joint_commands
@@ -64,7 +64,7 @@ def straight() -> TrialLog:
 
 
 def figure(name: str, log: TrialLog) -> float:
-    return float(metric(name)(log))
+    return float(lookup(name)(log))
 
 
 def test_only_hips_and_knees_have_motors() -> None:

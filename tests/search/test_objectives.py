@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gaitlab.experiment import study as s
 from gaitlab.experiment.study import BACKWARDS, MEASURED, MISLEADING, NOWHERE
-from gaitlab.metrics import metric
+from gaitlab.metrics import lookup
 from gaitlab.search.objectives import (
     TrialOutcome,
     aggregated,
@@ -329,4 +329,4 @@ def test_a_candidate_without_trials_is_a_mistake_of_the_caller() -> None:
 def test_every_rule_on_falls_is_about_a_metric_that_exists() -> None:
     named = {name for name, _ in (*MEASURED, *NOWHERE, *BACKWARDS)}
     for name in (*named, *MISLEADING, *(instead for _, instead in MISLEADING.values())):
-        assert metric(name).__name__ == name
+        assert lookup(name).name == name

@@ -23,9 +23,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from gaitlab.log import TrialLog
-from gaitlab.metrics.pitch_amplitude import pitch_amplitude
-from gaitlab.metrics.rms_torque import rms_torque
-from gaitlab.metrics.roll_amplitude import roll_amplitude
+from gaitlab.metrics.balance import pitch_amplitude, roll_amplitude
+from gaitlab.metrics.joints import rms_torque
 from gaitlab.model.settings import Horizon
 from gaitlab.simulation import simulate
 from tests.data.make_golden_logs import trials

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from gaitlab.metrics.saturation_share import NEAR_LIMIT
+from gaitlab.metrics.joints import NEAR_LIMIT
 from gaitlab.render.figure_style import BLUE, INK, ORANGE, VERMILLION, new_figure, style
 from gaitlab.report.figures.foot_paths import shown_rows
 from gaitlab.report.figures.gait_phases import runs, walking_time

@@ -6,7 +6,7 @@ import math
 
 from gaitlab.experiment import Value
 from gaitlab.experiment.study import Aggregate, Choices, Constraint, Numbers, Objective
-from gaitlab.metrics import unit_of
+from gaitlab.metrics import lookup
 from gaitlab.report.variants import value_text
 from gaitlab.report.words import path_text
 from gaitlab.statistics import Interval
@@ -22,7 +22,7 @@ def metric_text(metric: str) -> str:
 
 def metric_unit(metric: str) -> str:
     """Unit of a metric, empty for a ratio."""
-    unit = unit_of(metric)
+    unit = lookup(metric).unit
     return "" if unit == "-" else unit
 
 
