@@ -76,8 +76,7 @@ def summary(found: dict[str, list[Setting]], store: Path) -> str:
         criterion([setting for settings in found.values() for setting in settings]),
         "## Which of the three choices the simulation supports",
         "Supported means: walks as often as any other setting, and its load fluctuates less than "
-        "every other's, each beyond the 95 % interval of the difference paired by seed. Intervals "
-        "are not corrected for their number, which favours the paper.",
+        "every other's, in pairs of equal seed and told from chance for all of them together.",
         "\n".join(choices),
         _period_sentence(found, store),
     ]

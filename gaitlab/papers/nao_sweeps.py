@@ -20,7 +20,16 @@ from gaitlab.papers.page import Table
 from gaitlab.papers.printed import rows as published
 from gaitlab.papers.walks import not_simulated
 from gaitlab.robots.nao import Robot
-from gaitlab.statistics import mean_interval, wilson
+from gaitlab.statistics import (
+    Contrast,
+    Side,
+    contrast,
+    judged,
+    match,
+    mean_interval,
+    runs_of,
+    wilson,
+)
 from gaitlab.store import Store
 
 FLUCTUATION = "load_index_fluctuation"
@@ -225,29 +234,34 @@ def verdict(sweep: Sweep, found: Sequence[Setting], store: Path) -> str:
     others = [s for s in found if s.value != sweep.chosen]
     if chosen is None or not others:
         return f"**{name}**: {not_simulated('nao', store, sweep.experiment)}"
-    differences = [_difference(chosen, other) for other in others]
-    better = sum(low > 0.0 for _, low, _ in differences)
-    worse = sum(high < 0.0 for _, _, high in differences)
-    supported = better == len(others)
+    gaps = judged([_gap(other, chosen) for other in others])
+    better, worse = (sum(gap.verdict == word for gap in gaps) for word in ("better", "worse"))
     stands = chosen.share >= max(s.share for s in found)
-    word = "supported" if supported and stands else "not supported"
+    word = "supported" if better == len(others) and stands else "not supported"
+    told = "; ".join(
+        f"{other.value:g} {sweep.unit}: {gap.difference:+.2f} "
+        f"[{gap.interval.low:+.2f}, {gap.interval.high:+.2f}]"
+        for other, gap in zip(others, gaps, strict=True)
+    )
+    walked = ", ".join(f"{s.walked} of {len(s.trials)}" for s in others)
     return (
-        f"**{name}: {word}.** It walks in {' '.join(_walked(chosen)[:1])} trials "
-        f"({_walked(chosen)[1]}), the other settings in "
-        f"{', '.join(f'{s.walked} of {len(s.trials)}' for s in others)}. Its load fluctuates by "
-        f"{_measured(chosen)[0]}, less than {better} and more than {worse} of the {len(others)} "
-        "others beyond the 95 % interval of the difference ("
-        + "; ".join(
-            f"{other.value:g} {sweep.unit}: {mean:+.2f} [{low:+.2f}, {high:+.2f}]"
-            for other, (mean, low, high) in zip(others, differences, strict=True)
-        )
-        + ")."
+        f"**{name}: {word}.** It walks in {_walked(chosen)[0]} trials ({_walked(chosen)[1]}), the "
+        f"other settings in {walked}. Its load fluctuates by {_measured(chosen)[0]}, less than "
+        f"{better} and more than {worse} of the {len(others)} others (its fluctuation less "
+        f"theirs: {told})."
     )
 
 
-def _difference(chosen: Setting, other: Setting) -> tuple[float, float, float]:
-    """Fluctuation of another setting less that of the chosen one, paired by seed, and interval."""
-    ours, theirs = chosen.metric(FLUCTUATION), other.metric(FLUCTUATION)
-    pairs = [theirs[seed] - ours[seed] for seed in sorted(ours.keys() & theirs.keys())]
-    mean = float(np.mean(pairs)) if pairs else float("nan")
-    return mean, *mean_interval(pairs)
+def _gap(other: Setting, chosen: Setting) -> Contrast:
+    """How the chosen setting's fluctuation differs from another's, in pairs of equal seed."""
+    sides = [setting.metric(FLUCTUATION) for setting in (other, chosen)]
+    found = match(*([((), seed) for seed in side] for side in sides))
+    runs = [
+        Side(
+            values=np.array(list(side.values()))[rows],
+            cells=found.cells[k],
+            seeds=np.array(list(side))[rows],
+        )
+        for k, (side, rows) in enumerate(zip(sides, found.rows, strict=True))
+    ]
+    return contrast(FLUCTUATION, runs_of(*runs, paired=found.paired), "lower")

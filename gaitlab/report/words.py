@@ -30,7 +30,7 @@ def share(count: int, n: int, bounds: Interval) -> str:
 
 
 def letter(stable: bool) -> str:
-    """S or U, as the tables of the EROS paper print it."""
+    """S for stable, U for unstable."""
     return "S" if stable else "U"
 
 
