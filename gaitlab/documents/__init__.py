@@ -1,4 +1,8 @@
-"""Files that a user writes: read with the place of every value, checked field by field."""
+"""Files that a user writes and files that are written for one.
+
+Read with the place of every value and checked field by field; written beside their place and
+renamed. What the fields of an experiment mean is in `gaitlab.experiment`.
+"""
 
 from gaitlab.documents.fields import Reader, allowed, build, check, checked, read_each, read_mapping
 from gaitlab.documents.loading import dump, load, parse

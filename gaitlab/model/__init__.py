@@ -1,4 +1,8 @@
-"""A robot as a tree of rigid links with soles, and the limits of its joints."""
+"""What a robot, a gait, a sole, a servo and a balance controller are.
+
+A robot is a tree of rigid links with soles and limits of its joints. Protocols and shared parts
+only: each robot of a team is a file in `gaitlab.robots`, each gait one in `gaitlab.gaits`.
+"""
 
 from gaitlab.model.limits import ROUNDING, both_legs, require_limits
 from gaitlab.model.links import Axis, Box, Coupling, Joint, Link, Part, limb

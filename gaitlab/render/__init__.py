@@ -1,4 +1,8 @@
-"""Films of trials, drawn from their logs."""
+"""Pictures of robots and trials, drawn from their logs: films, stills, files of other tools.
+
+Here belong scene, camera and figure style; what a page says about a picture is in
+`gaitlab.report`.
+"""
 
 from gaitlab.render.cut import Cut, cut_of
 from gaitlab.render.lens import View

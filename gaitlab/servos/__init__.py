@@ -1,1 +1,4 @@
-"""Servos: one YAML file each, with sources, and the law they share."""
+"""Servos: one YAML file each, with sources, and the law they share.
+
+What a servo is stands in `gaitlab.model.servo`; how Bullet is made to obey the law is here.
+"""

@@ -1,4 +1,8 @@
-"""Results on disk: one Parquet file a trial, a derived index, two SQL views."""
+"""Results on disk: one Parquet file a trial, a derived index, two SQL views.
+
+Here belongs what keeps a trial whole through kills, full disks and merges. It knows no page and
+runs nothing.
+"""
 
 from gaitlab.store.durable import StoreFull
 from gaitlab.store.fingerprint import fingerprint
