@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gaitlab.cli import run_command_line
 from gaitlab.errors import UsageError
-from gaitlab.experiment import Design, Follower, Quantity
+from gaitlab.experiment import Design, Follower, SweptRange
 from gaitlab.experiment.design import unit_points
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Numbers
@@ -44,8 +44,8 @@ def replaced(old: str, new: str) -> str:
     return SWEEP.replace(old, new, 1)
 
 
-def box_of(*ranges: Numbers) -> tuple[Quantity, ...]:
-    return tuple(Quantity(range=numbers) for numbers in ranges)
+def box_of(*ranges: Numbers) -> tuple[SweptRange, ...]:
+    return tuple(SweptRange(range=numbers) for numbers in ranges)
 
 
 def test_a_design_is_one_axis_that_multiplies_with_the_others(tmp_path: Path) -> None:
@@ -152,7 +152,7 @@ def test_a_seed_repeats_its_points_and_another_has_others() -> None:
 
 @given(log=st.booleans(), place=st.floats(0.0, 0.999))
 def test_the_place_of_a_value_is_where_it_came_from(log, place) -> None:
-    quantity = Quantity(
+    quantity = SweptRange(
         range=Numbers(path="robot.mass", low=0.5, high=4.0, log=log),
         followers=(Follower(path="robot.sole.heel", low=2.0, high=1.0),),
     )

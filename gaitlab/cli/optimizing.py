@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MOST_CANDIDATES = 10**6
 
 
-class Baseline(str, Enum):
+class RandomBaseline(str, Enum):
     """What a sampler is compared with."""
 
     random = "random"
@@ -79,7 +79,7 @@ AsJson: TypeAlias = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON object.")
 ]
 Against: TypeAlias = Annotated[
-    Baseline | None,
+    RandomBaseline | None,
     typer.Option(
         help="Draw as many candidates at random instead, as the study STUDY-random, so that the "
         "report can tell whether the sampler beats chance."
@@ -136,7 +136,9 @@ def optimize(
     if dry_run:
         say(plan_text(experiment, results, storage, workers, as_json))
         return 0
-    search = _Search(experiment, results, storage, workers, quiet, as_json, baseline is not None)
+    search = _OptimizeRun(
+        experiment, results, storage, workers, quiet, as_json, baseline is not None
+    )
     try:
         return search.run(export, given, validation)
     except KeyboardInterrupt:
@@ -152,7 +154,7 @@ def _trials_setting(trials: int | None) -> list[str]:
     return [f"study.trials={trials}"]
 
 
-class _Search:
+class _OptimizeRun:
     """A search on the command line, with what is said on the way."""
 
     def __init__(

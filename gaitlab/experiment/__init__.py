@@ -45,7 +45,7 @@ A number may carry its origin: {value: 0.03, unit: m, source: "our paper"}.
 """
 
 from gaitlab.experiment.axes import Axis, combinations
-from gaitlab.experiment.design import Design, Follower, Quantity
+from gaitlab.experiment.design import Design, Follower, SweptRange
 from gaitlab.experiment.experiment import (
     Experiment,
     candidate,
@@ -66,9 +66,9 @@ __all__ = [
     "Experiment",
     "Follower",
     "Parts",
-    "Quantity",
     "ReportSettings",
     "Study",
+    "SweptRange",
     "Value",
     "candidate",
     "changed",

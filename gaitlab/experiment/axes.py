@@ -33,7 +33,7 @@ class Axis:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Column:
+class VariedColumn:
     """A path and its list, as written."""
 
     section: str
@@ -42,7 +42,9 @@ class Column:
     values: Node
 
 
-def varied_columns(sections: Sections, swept: Iterable[tuple[str, Node]] = ()) -> list[Column]:
+def varied_columns(
+    sections: Sections, swept: Iterable[tuple[str, Node]] = ()
+) -> list[VariedColumn]:
     """Every path with a list of values, in the order of the file.
 
     Args:
@@ -66,7 +68,7 @@ def varied_columns(sections: Sections, swept: Iterable[tuple[str, Node]] = ()) -
     return columns
 
 
-def first_values(columns: list[Column]) -> dict[str, Node]:
+def first_values(columns: list[VariedColumn]) -> dict[str, Node]:
     """First value of every varied path."""
     return {column.path: column.values.items[0] for column in columns}
 
@@ -87,12 +89,12 @@ def _mappings(name: str, node: Node | None) -> tuple[Node, ...]:
     return parts
 
 
-def _columns(name: str, part: Node) -> Iterator[Column]:
+def _columns(name: str, part: Node) -> Iterator[VariedColumn]:
     for path, values in part.mapping.items():
-        yield Column(section=name, path=path, key=part.keys[path], values=values)
+        yield VariedColumn(section=name, path=path, key=part.keys[path], values=values)
 
 
-def _list_problems(column: Column) -> Iterator[Problem]:
+def _list_problems(column: VariedColumn) -> Iterator[Problem]:
     where = f"{column.section}: {column.path}"
     found = column.values.found()
     if column.values.mapping:
@@ -122,7 +124,7 @@ def _twice(varied: Iterable[tuple[str, str, Node]]) -> Iterator[Problem]:
 def read_axes(
     sections: Sections,
     parts: Parts,
-    columns: list[Column],
+    columns: list[VariedColumn],
     swept: Axis | None = None,
     places: Mapping[str, Node] = MappingProxyType({}),
 ) -> tuple[Axis, ...]:
@@ -186,7 +188,7 @@ def _paths(node: Node | None) -> tuple[str, ...]:
     return () if node is None else tuple(node.mapping)
 
 
-def _values(column: Column, parts: Parts, problems: list[Problem]) -> Iterator[Value]:
+def _values(column: VariedColumn, parts: Parts, problems: list[Problem]) -> Iterator[Value]:
     """Checked values of a path; mistakes go to `problems`."""
     try:
         parts.parameter(column.path, everywhere=True)

@@ -77,7 +77,7 @@ class Follower:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Quantity:
+class SweptRange:
     """One edge of the box.
 
     Attributes:
@@ -122,7 +122,7 @@ class Design:
     type: Literal["sobol", "lhs"]
     points: int
     seed: int
-    box: tuple[Quantity, ...]
+    box: tuple[SweptRange, ...]
 
     @property
     def texts(self) -> Mapping[str, str]:
@@ -219,7 +219,7 @@ def read_design(section: Node | None, parts: Parts) -> Design | None:
     return design
 
 
-def _read_box(node: Node, parts: Parts) -> tuple[Quantity, ...]:
+def _read_box(node: Node, parts: Parts) -> tuple[SweptRange, ...]:
     if not node.mapping:
         message = (
             f"design: box: found {node.found()}; expected lines of the form "
@@ -229,12 +229,12 @@ def _read_box(node: Node, parts: Parts) -> tuple[Quantity, ...]:
     return tuple(read_each(node.mapping, lambda path: _read_quantity(path, node, parts)))
 
 
-def _read_quantity(path: str, box: Node, parts: Parts) -> Quantity:
+def _read_quantity(path: str, box: Node, parts: Parts) -> SweptRange:
     """One edge of the box."""
     item = _known(path, box.keys[path], parts)
     followers: dict[str, Reader] = {"with": partial(_read_followers, path, parts=parts)}
     numbers, given = read_range(item, box.mapping[path], followers, EXPECTED)
-    return Quantity(range=numbers, followers=given.get("with", ()))
+    return SweptRange(range=numbers, followers=given.get("with", ()))
 
 
 def _known(path: str, key: Node, parts: Parts) -> Parameter:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from gaitlab.documents import Node, build, checked, collected, dump, load, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_depends, read_parts
-from gaitlab.experiment.axes import Axis, Column, first_values, read_axes, varied_columns
+from gaitlab.experiment.axes import Axis, VariedColumn, first_values, read_axes, varied_columns
 from gaitlab.experiment.design import Design, box_paths, low_values, read_design
 from gaitlab.experiment.experiment import NAME, WALKER, Experiment, digest, form_of
 from gaitlab.experiment.layout import read_layout
@@ -236,7 +236,7 @@ def _ends(study: Study | None) -> Iterator[Axis]:
 
 
 def _varied(
-    sections: Sections, parts: Parts, columns: list[Column]
+    sections: Sections, parts: Parts, columns: list[VariedColumn]
 ) -> tuple[tuple[Axis, ...], Design | None]:
     """Axes and the design among them; the mistakes of both are reported together."""
     problems: list[Problem] = []

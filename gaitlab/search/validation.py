@@ -43,7 +43,7 @@ class Validation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effort:
+class ValidationCost:
     """What a validation takes at most.
 
     Attributes:
@@ -57,7 +57,9 @@ class Effort:
     seconds: float
 
 
-def effort(history: History, store: Store, jobs: int, *, around: bool = True) -> Effort | None:
+def effort(
+    history: History, store: Store, jobs: int, *, around: bool = True
+) -> ValidationCost | None:
     """What is missing at most, if no robot falls; None if nothing is, or there is no winner."""
     walked = validate(history, store, walk_nothing, around=around)
     if walked is None or not walked.stopped:
@@ -70,7 +72,7 @@ def effort(history: History, store: Store, jobs: int, *, around: bool = True) ->
         seeds, grounds = len(margin_seeds(experiment)), len(experiment.parts.surfaces)
         walks += 2 * MOST_STEPS * numbers * seeds * grounds
     seconds = walks * plan(winner).seconds * WALL_RATIO / max(1, jobs)
-    return Effort(chosen=walked.chosen, walks=walks, seconds=seconds)
+    return ValidationCost(chosen=walked.chosen, walks=walks, seconds=seconds)
 
 
 def walk_nothing(experiment: Experiment) -> bool:

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gaitlab.experiment import Experiment, Quantity
+from gaitlab.experiment import Experiment, SweptRange
 from gaitlab.papers.reproduction.section import Context, Section, option
 from gaitlab.papers.reproduction.swept import Sides, Sweep, sweep_of
 from gaitlab.render.figure_style import BAND, INK, PAPER, new_figure, save, style, wrapped
@@ -242,7 +242,7 @@ def _effect(effect: LinearEffect) -> str:
     return f"**{text}**" if effect.p_value < LEVEL else text
 
 
-def _quantity(item: Quantity, experiment: Experiment, labels: Mapping[str, str]) -> str:
+def _quantity(item: SweptRange, experiment: Experiment, labels: Mapping[str, str]) -> str:
     """Name, range and unit: `sole length, 0.106 to 0.144 m`."""
     path = item.range.path
     name = labels.get(path, path.partition(".")[2].replace(".", " ").replace("_", " "))
