@@ -42,7 +42,6 @@ NIGHTLY = "nightly"
 ALL, EACH, FRESH = "one for all cells", "one in each cell", "fresh seeds"
 MOST_CHANGED = 300  # nights of each change; their share scatters by 3 points
 Change: TypeAlias = Callable[[Walk, np.random.Generator], Walk]
-SURFACES = ("carpet_4mm", "grass_10mm", "grass_30mm")
 LESS_FRICTION = 0.9
 LATE = 0.012  # s; 0.004 in the servo's file, so 8 ms later
 LOW_STEP = 0.0227  # m; 5 mm below that of bases/eros.yaml
@@ -56,7 +55,8 @@ def regressions(folder: Path) -> dict[str, list[str]]:
     robot = locate("robot", "eros").read_text()
     swapped = folder / "eros_swapped.py"
     swapped.write_text(robot.replace(f"np.clip({ANKLE}", f"np.clip(-{ANKLE}"))
-    slippery = ", ".join(str(_slippery(name, folder)) for name in SURFACES)
+    grounds = load_experiment(NIGHTLY).parts.surfaces
+    slippery = ", ".join(str(_slippery(name, folder)) for name in grounds)
     return {
         "friction -10 %": [f"surfaces=[{slippery}]"],
         "servo latency +8 ms": [f"servo.latency={LATE}"],
