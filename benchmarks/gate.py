@@ -30,7 +30,7 @@ from scipy.stats import norm
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.plugins import locate
-from gaitlab.regression import Baseline, Outcome, compared, record
+from gaitlab.regression import Baseline, GateResult, compared, record
 from gaitlab.regression.baseline import Walk
 from gaitlab.regression.matching import matched
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity, tested
@@ -176,7 +176,7 @@ def notice(pool: Baseline) -> Iterator[str]:
             )
 
 
-def detection_row(name: str, matching: str, outcome: Outcome) -> str:
+def detection_row(name: str, matching: str, outcome: GateResult) -> str:
     """What the gate says of one regression."""
     stable = outcome.quantities[0]
     found = "; ".join(f"{q.name} {q.surface}".strip() for q in outcome.worse) or "**nothing**"

@@ -16,7 +16,6 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from gaitlab.canonical import Value, canonical_json, fragment, instance, values
 from gaitlab.errors import WrongValue
 from gaitlab.metrics import take_in
 from gaitlab.model import Robot
@@ -24,6 +23,7 @@ from gaitlab.model.balance import Balance
 from gaitlab.model.gait import Gait
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import EngineSettings, Horizon, Spread
+from gaitlab.parameters import Value, canonical_json, fragment, instance, values
 from gaitlab.plugins import (
     CodeKind,
     Files,

@@ -14,7 +14,7 @@ from gaitlab.cli import run_command_line
 from gaitlab.documents.outputs import published, replaced, write_text
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.papers.page import Page
-from gaitlab.render.export import FORMATS, Recorded, write_export
+from gaitlab.render.export import FORMATS, ExportedTrial, write_export
 from gaitlab.render.export.export import Format
 from tests.reliability import sweeps
 from tests.walked import commit, record, walked
@@ -108,7 +108,7 @@ def test_a_folder_of_somebody_else_gets_no_report(
 @pytest.mark.parametrize("form", FORMATS)
 def test_an_export_to_a_full_disk_leaves_the_one_before(form: Format, tmp_path: Path) -> None:
     walking, log = walked()
-    shown = Recorded(record=record(walking, log), trial=walking, log=log)
+    shown = ExportedTrial(record=record(walking, log), trial=walking, log=log)
     files = write_export(shown, form)
     before = [file.read_bytes() for file in files]
     with no_room(), pytest.raises(StoreError, match="File too large"):

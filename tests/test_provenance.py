@@ -51,7 +51,7 @@ def test_makers_are_the_code_and_the_data_of_a_trial_and_no_page_or_command() ->
     inside = {path.relative_to(provenance.PACKAGE).as_posix() for path in provenance.makers()[0]}
     assert inside >= {
         "simulation/loop.py", "kinematics/transforms.py", "robots/_flow_links.py", "gaits/eros.py",
-        "metrics/stability.py", "servos/mx_28.yaml", "surfaces/press.py", "canonical.py",
+        "metrics/stability.py", "servos/mx_28.yaml", "surfaces/press.py", 
         "robots/nao_v40_links.csv",
     }  # fmt: skip
     rooms = {path.partition("/")[0] for path in inside}

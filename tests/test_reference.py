@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gaitlab.errors import FileError, UnknownName
-from gaitlab.experiment.reference import Place, load_reference, names
+from gaitlab.experiment.reference import ReferenceCell, load_reference, names
 from tests.written import EXPERIMENT, changed, problems, read
 
 OURS = """
@@ -78,9 +78,9 @@ def test_an_unknown_table_is_refused_with_the_known_ones() -> None:
 def test_a_team_writes_a_table_of_its_own_beside_its_experiment(tmp_path: Path) -> None:
     (tmp_path / "may.yaml").write_text(OURS)
     table = load_reference("may.yaml", tmp_path)
-    assert table.cells[Place(-1, "grass_30mm")] is False
+    assert table.cells[ReferenceCell(-1, "grass_30mm")] is False
     assert table.counted["carpet_4mm"] == 100.0
-    assert table.place(-0.02, "grass_30mm", "steps") == Place(-1, "grass_30mm")
+    assert table.place(-0.02, "grass_30mm", "steps") == ReferenceCell(-1, "grass_30mm")
     experiment = read(tmp_path, changed("compare: eros_table7", "compare: ./may.yaml"))
     assert experiment.report.compare == "./may.yaml"
 

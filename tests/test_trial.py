@@ -14,9 +14,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab import trial as trial_module
-from gaitlab.canonical import canonical, canonical_json, instance, values
 from gaitlab.errors import UnknownName, WrongValue
-from gaitlab.parameters import Parameter, get_path, parameter_table, set_path
+from gaitlab.parameters import (
+    Parameter,
+    canonical,
+    canonical_json,
+    get_path,
+    instance,
+    parameter_table,
+    set_path,
+    values,
+)
 from gaitlab.plugins import load_class
 from gaitlab.servos.files import load_servo
 from gaitlab.surfaces.files import load_surface

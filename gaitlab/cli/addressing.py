@@ -22,7 +22,7 @@ SHOWN = 8  # digits of a trial in a list; more where two begin alike
 EXTREMES = ("worst", "best")
 
 
-class Place(NamedTuple):
+class FoundTrial(NamedTuple):
     """A trial in an experiment.
 
     Attributes:
@@ -99,14 +99,14 @@ def _shared(one: str, other: str) -> int:
     return next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), len(other))
 
 
-def _places(store: Store, names: Sequence[str]) -> list[Place]:
+def _places(store: Store, names: Sequence[str]) -> list[FoundTrial]:
     """Where trials stand; the first experiment that asks for one counts."""
     entries = store.index().entries
     known: dict[str, tuple[str, Mapping[str, Scalar]]] = {}
     for found in store.experiments().values():
         for item in found.trials:
             known.setdefault(item.trial_id, (found.experiment, item.values))
-    return [Place(entries[name], *known.get(name, ("", {}))) for name in names]
+    return [FoundTrial(entries[name], *known.get(name, ("", {}))) for name in names]
 
 
 def _by_place(store: Store, address: str, experiment: str, parts: Sequence[str]) -> str:
@@ -124,7 +124,7 @@ def _by_place(store: Store, address: str, experiment: str, parts: Sequence[str])
         )
     entries = store.index().entries
     places = [
-        Place(entries[item.trial_id], experiment, item.values)
+        FoundTrial(entries[item.trial_id], experiment, item.values)
         for item in lists[experiment].trials
         if item.trial_id in entries
     ]
@@ -141,7 +141,9 @@ def _by_place(store: Store, address: str, experiment: str, parts: Sequence[str])
     )
 
 
-def _narrowed(store: Store, address: str, places: list[Place], parts: Iterable[str]) -> list[Place]:
+def _narrowed(
+    store: Store, address: str, places: list[FoundTrial], parts: Iterable[str]
+) -> list[FoundTrial]:
     """The trials that every part of an address fits."""
     for part in parts:
         fitting = [place for place in places if _fits(place, part)]
@@ -154,7 +156,7 @@ def _narrowed(store: Store, address: str, places: list[Place], parts: Iterable[s
     return places
 
 
-def _fits(place: Place, part: str) -> bool:
+def _fits(place: FoundTrial, part: str) -> bool:
     """Whether a part names a value, `path=value`, or a seed as a whole number."""
     path, equals, value = part.rpartition("=")
     labels = place.entry.details.labels
@@ -179,21 +181,21 @@ def _same(known: Scalar, text: str) -> bool:
         return False
 
 
-def _extreme(places: list[Place], extreme: str) -> list[Place]:
+def _extreme(places: list[FoundTrial], extreme: str) -> list[FoundTrial]:
     """The first to fall, or if none fell the one that walked least; or the opposite of that."""
     done = [place for place in places if place.entry.state == "DONE"]
     ordered = sorted(done, key=lambda place: (_merit(place), place.entry.trial_id))
     return ordered[:1] if extreme == "worst" else ordered[-1:]
 
 
-def _merit(place: Place) -> tuple[bool, float]:
+def _merit(place: FoundTrial) -> tuple[bool, float]:
     metrics = place.entry.details.metrics
     key = "time_to_fall" if place.entry.fell else "distance"
     value = metrics.get(key)
     return not place.entry.fell, float(value) if isinstance(value, int | float) else 0.0
 
 
-def _listed(places: Sequence[Place], count: int) -> str:
+def _listed(places: Sequence[FoundTrial], count: int) -> str:
     rows = [
         [
             _short(place, places),
@@ -208,7 +210,7 @@ def _listed(places: Sequence[Place], count: int) -> str:
     return columns(("trial", "experiment", "cell", "seed", "outcome"), rows) + more
 
 
-def _short(place: Place, places: Sequence[Place]) -> str:
+def _short(place: FoundTrial, places: Sequence[FoundTrial]) -> str:
     """So many digits that no two of a list look alike."""
     name, others = place.entry.trial_id, {other.entry.trial_id for other in places}
     others.discard(name)

@@ -52,7 +52,7 @@ def export(
     Example:
       gaitlab export eros_quick/grass_50mm/worst --to mcap
     """
-    from gaitlab.render.export import Recorded, write_export
+    from gaitlab.render.export import ExportedTrial, write_export
     from gaitlab.render.export.export import require_library
     from gaitlab.store import Store
 
@@ -63,7 +63,7 @@ def export(
     with other_output_on_stderr():
         record = results.record(name)
         given = trial_of(results, record, allow_code=allow_code)
-        shown = Recorded(record=record, trial=given, log=results.log(name))
+        shown = ExportedTrial(record=record, trial=given, log=results.log(name))
         files = write_export(shown, wanted, output, force=force)
     tell(f"trial {name[:8]}: {size(sum(file.stat().st_size for file in files))}")
     say("\n".join(str(file) for file in files))

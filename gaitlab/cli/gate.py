@@ -22,11 +22,11 @@ from gaitlab.errors import StoreError, Undecided, UsageError, WorseBaseline
 
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
-    from gaitlab.regression import Baseline, Outcome
+    from gaitlab.regression import Baseline, GateResult
     from gaitlab.store import Store
 
 
-class _Stopped(Exception):
+class _WalksStopped(Exception):
     """Ctrl-C or SIGTERM ended the walks of tonight early."""
 
 
@@ -80,7 +80,7 @@ def check(
         before = read_baseline(baseline)
         require_comparable(wanted, before)
         outcome = _walked(wanted, Store(store), before, worker_count(jobs))
-    except _Stopped:
+    except _WalksStopped:
         tell("stopped; what is committed is safe, and the same command goes on from there")
         return INTERRUPTED
     except Undecided as error:
@@ -132,7 +132,7 @@ def baseline(
     return 0
 
 
-def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) -> Outcome:
+def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) -> GateResult:
     """What the gate says of tonight's walks; if some failed, of those that did not.
 
     Raises:
@@ -148,7 +148,7 @@ def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) 
             tell(f"{plural(stale, 'trial')} in {results.path} came from other code: walked again")
         done = dispatch(wanted, results, jobs=workers, retry_failed=True, progress=progress())
     if done.interrupted:
-        raise _Stopped
+        raise _WalksStopped
     try:
         return compared(before, record(wanted, results))
     except Undecided as error:

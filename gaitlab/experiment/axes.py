@@ -8,11 +8,11 @@ from itertools import islice, product
 from math import isclose
 from types import MappingProxyType
 
-from gaitlab.canonical import fragment
 from gaitlab.documents import Node, checked, typed_number
 from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
 from gaitlab.experiment.parts import GROUPS, Parts, Value, changed, changes_of, owned
 from gaitlab.experiment.schema import Sections
+from gaitlab.parameters import fragment
 
 ROUNDING = 1e-9  # relative; two values of a list that differ by less are one
 MOST_COMPARED = 200  # combinations of grounds that are looked at for equal ones

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from gaitlab.canonical import canonical_json, values
 from gaitlab.documents import Node
 from gaitlab.errors import FileError, UsageError, WrongValue
 from gaitlab.experiment.axes import Axis, refusals
@@ -19,6 +18,7 @@ from gaitlab.experiment.design import Design
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
+from gaitlab.parameters import canonical_json, values
 from gaitlab.plugins import label
 
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it

@@ -35,7 +35,7 @@ FOLDER = "references"  # below every folder of experiments
 EXACT = 1e-6  # of a printed numeral, rounding of a value that stands for it
 
 
-class Place(NamedTuple):
+class ReferenceCell(NamedTuple):
     """A cell of a reference table: its row as printed, below zero for backward, and its ground."""
 
     printed: float
@@ -120,10 +120,10 @@ class ReferenceTable:
         return self.content.stated or {}
 
     @cached_property
-    def cells(self) -> Mapping[Place, bool]:
+    def cells(self) -> Mapping[ReferenceCell, bool]:
         """True where it says stable."""
         return {
-            Place(printed, surface): verdict == "S"
+            ReferenceCell(printed, surface): verdict == "S"
             for surface, verdicts in self.content.cells.items()
             for printed, verdict in zip(self.content.printed, verdicts, strict=True)
         }
@@ -145,10 +145,10 @@ class ReferenceTable:
         """What it prints for a value of its rows' path."""
         return value / self.readings[reading].one
 
-    def place(self, value: float, surface: str, reading: str) -> Place | None:
+    def place(self, value: float, surface: str, reading: str) -> ReferenceCell | None:
         """The cell that a value and a ground stand for; None if it has none there."""
         printed = self.printed(value, reading)
-        found = Place(round(printed), surface)
+        found = ReferenceCell(round(printed), surface)
         return found if abs(printed - found.printed) < EXACT and found in self.cells else None
 
     def answers(self, values: Mapping[str, object]) -> bool:

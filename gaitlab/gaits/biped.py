@@ -28,7 +28,7 @@ import numpy as np
 
 from gaitlab.errors import WrongValue
 from gaitlab.kinematics.belt_leg import StrideAngles, ankle_position, stride_angles
-from gaitlab.kinematics.blend import Motion, blended_path
+from gaitlab.kinematics.blend import JointMotion, blended_path
 from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
@@ -191,13 +191,13 @@ class Gait:
         lifted = Via(time, self.angles.ending_thigh, self.angles.ending_shank, swing)
         return [Via(1.0, 0.0, 0.0, support)], [lifted, Via(1.0, 0.0, 0.0, swing)]
 
-    def joint_motion(self, t: np.ndarray) -> Motion:
+    def joint_motion(self, t: np.ndarray) -> JointMotion:
         """Left and right leg's thigh and shank at the instants t, in [s]. Shape (n, 2, 2)."""
         walked = np.asarray(t, dtype=float) - self.stand_time
         legs = [[self._segment_motion(walked, leg, part) for part in (1, 2)] for leg in self.vias]
-        return Motion(*np.moveaxis(np.array(legs), (2, 3), (0, 1)))
+        return JointMotion(*np.moveaxis(np.array(legs), (2, 3), (0, 1)))
 
-    def _segment_motion(self, t: np.ndarray, vias: tuple[Via, ...], part: int) -> Motion:
+    def _segment_motion(self, t: np.ndarray, vias: tuple[Via, ...], part: int) -> JointMotion:
         table = np.array(vias)
         times, values = table[:, 0] * self.half_stride, table[:, part]
         return blended_path(t, times, values, table[1:, 3])

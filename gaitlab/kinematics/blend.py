@@ -24,7 +24,7 @@ from gaitlab.errors import WrongValue
 SLOWEST_RATIO, FASTEST_RATIO = 1.0, 2.0  # of cruise to mean speed; no blend, and nothing but blends
 
 
-class Motion(NamedTuple):
+class JointMotion(NamedTuple):
     """Motion of joints: position [rad], velocity [rad/s], acceleration [rad/s^2]; equal shapes."""
 
     position: np.ndarray
@@ -56,7 +56,7 @@ def require_speed(change: float, duration: float, speed: float) -> float:
     return ratio
 
 
-def blend_share(share: np.ndarray, ratio: np.ndarray) -> Motion:
+def blend_share(share: np.ndarray, ratio: np.ndarray) -> JointMotion:
     """Share of a segment covered, with its two derivatives by the share of time.
 
     Args:
@@ -71,12 +71,12 @@ def blend_share(share: np.ndarray, ratio: np.ndarray) -> Motion:
     speed = ratio * (3.0 * u**2 - 2.0 * u**3)
     gain = 6.0 * ratio / blend * (u - u**2)
     position = np.where(late, 1.0 - covered, covered)
-    return Motion(position, speed, np.where(late, -gain, gain))
+    return JointMotion(position, speed, np.where(late, -gain, gain))
 
 
 def blended_segment(
     t: np.ndarray, start: float, end: float, duration: float, speed: float
-) -> Motion:
+) -> JointMotion:
     """One segment, [Siswoyo2008] section III.B.
 
     Args:
@@ -96,7 +96,7 @@ def blended_segment(
 
 def blended_path(
     t: np.ndarray, times: np.ndarray, values: np.ndarray, ratios: np.ndarray
-) -> Motion:
+) -> JointMotion:
     """A joint that comes to rest at every via point.
 
     Args:
@@ -114,7 +114,7 @@ def blended_path(
     duration, change = np.diff(times)[index], np.diff(values)[index]
     share = np.clip((t - times[index]) / duration, 0.0, 1.0)
     moved = blend_share(share, ratios[index])
-    return Motion(
+    return JointMotion(
         values[index] + change * moved.position,
         change / duration * moved.velocity,
         change / duration**2 * moved.acceleration,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 
-class Row(NamedTuple):
+class DHRow(NamedTuple):
     """One joint of a chain.
 
     Attributes:
@@ -56,7 +56,7 @@ def dh_transform(theta: np.ndarray, d: float, a: float, alpha: float) -> np.ndar
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def chain_pose(rows: Sequence[Row], joints: np.ndarray) -> np.ndarray:
+def chain_pose(rows: Sequence[DHRow], joints: np.ndarray) -> np.ndarray:
     """Pose of the last frame of a chain in the first.
 
     Args:

@@ -22,7 +22,7 @@ from math import pi
 import numpy as np
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.dh import Row, chain_pose
+from gaitlab.kinematics.dh import DHRow, chain_pose
 
 ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
 NULL = 1e-12  # m or -, below this a direction is undefined
@@ -48,19 +48,19 @@ class DhArm:
     name: str = "arm"
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[DHRow, ...]:
         """Rows of the chain, five or seven."""
         turn = pi / 2.0
         shoulder = (
-            Row(0.0, self.rise, 0.0, turn),
-            Row(0.0, 0.0, 0.0, turn),
-            Row(0.0, self.upper_arm, 0.0, -turn),
-            Row(0.0, 0.0, 0.0, turn),
+            DHRow(0.0, self.rise, 0.0, turn),
+            DHRow(0.0, 0.0, 0.0, turn),
+            DHRow(0.0, self.upper_arm, 0.0, -turn),
+            DHRow(0.0, 0.0, 0.0, turn),
         )
         if self.hand is None:
-            return (*shoulder, Row(0.0, self.forearm, 0.0, 0.0))
-        wrist = (Row(0.0, self.forearm, 0.0, -turn), Row(0.0, 0.0, 0.0, turn))
-        return (*shoulder, *wrist, Row(0.0, self.hand, 0.0, 0.0))
+            return (*shoulder, DHRow(0.0, self.forearm, 0.0, 0.0))
+        wrist = (DHRow(0.0, self.forearm, 0.0, -turn), DHRow(0.0, 0.0, 0.0, turn))
+        return (*shoulder, *wrist, DHRow(0.0, self.hand, 0.0, 0.0))
 
     def pose(self, joints: np.ndarray) -> np.ndarray:
         """Pose of the tip, [Yanto] eqs. (10) to (14), corrected.

@@ -16,7 +16,7 @@ from math import pi
 
 import numpy as np
 
-from gaitlab.kinematics.dh import Row, chain_pose
+from gaitlab.kinematics.dh import DHRow, chain_pose
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +32,9 @@ class DhHead:
     eyes: float
 
     @property
-    def rows(self) -> tuple[Row, Row]:
+    def rows(self) -> tuple[DHRow, DHRow]:
         """The chain's rows."""
-        return Row(0.0, self.neck, 0.0, -pi / 2.0), Row(-pi / 2.0, 0.0, self.eyes, 0.0)
+        return DHRow(0.0, self.neck, 0.0, -pi / 2.0), DHRow(-pi / 2.0, 0.0, self.eyes, 0.0)
 
     def pose(self, joints: np.ndarray) -> np.ndarray:
         """Pose of the eyes in the neck base frame; joints pan, tilt. (..., 2) to (..., 4, 4)."""

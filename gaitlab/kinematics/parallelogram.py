@@ -17,7 +17,7 @@ from math import pi
 
 import numpy as np
 
-from gaitlab.kinematics.dh import Row, chain_pose
+from gaitlab.kinematics.dh import DHRow, chain_pose
 from gaitlab.kinematics.leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 
@@ -84,12 +84,12 @@ def dh_sole_pose(leg: Leg, joints: np.ndarray) -> np.ndarray:
     """
     turn, geometry = pi / 2.0, leg.geometry
     rows = (
-        Row(turn, -geometry.hip_drop, 0.0, turn),
-        Row(-turn, 0.0, 0.0, -turn),
-        Row(0.0, 0.0, geometry.thigh, 0.0),
-        Row(0.0, 0.0, geometry.shank, 0.0),
-        Row(0.0, 0.0, 0.0, turn),
-        Row(0.0, 0.0, leg.ankle_height, 0.0),
+        DHRow(turn, -geometry.hip_drop, 0.0, turn),
+        DHRow(-turn, 0.0, 0.0, -turn),
+        DHRow(0.0, 0.0, geometry.thigh, 0.0),
+        DHRow(0.0, 0.0, geometry.shank, 0.0),
+        DHRow(0.0, 0.0, 0.0, turn),
+        DHRow(0.0, 0.0, leg.ankle_height, 0.0),
     )
     pose = np.array(chain_pose(rows, joints))
     pose[..., 1, 3] += leg.hip[1]

@@ -13,7 +13,7 @@ import numpy as np
 GRAVITY = 9.81  # m/s^2
 
 
-class Effort(NamedTuple):
+class MotorEffort(NamedTuple):
     """What one way of driving the leg costs over a stance.
 
     Attributes:
@@ -55,12 +55,12 @@ def joint_torques(belt: np.ndarray) -> np.ndarray:
     return np.stack([belt.sum(axis=-1), belt[:, 1]], axis=-1)
 
 
-def effort(torque: np.ndarray, speed: np.ndarray, dt: float) -> Effort:
+def effort(torque: np.ndarray, speed: np.ndarray, dt: float) -> MotorEffort:
     """Cost of torques at speeds, a motor a column. Shapes (n, m) in [N m], [rad/s]; dt in [s]."""
     power = np.maximum(torque * speed, 0.0).sum(axis=-1)
     heat = (torque**2).sum(axis=-1)
     peak = float(np.abs(torque).max())
-    return Effort(peak, _integral(power, dt), _integral(heat, dt))
+    return MotorEffort(peak, _integral(power, dt), _integral(heat, dt))
 
 
 def _integral(rate: np.ndarray, dt: float) -> float:
@@ -70,8 +70,8 @@ def _integral(rate: np.ndarray, dt: float) -> float:
 class StanceEffort(NamedTuple):
     """The same stance driven by belts from the trunk, and by motors in hip and knee."""
 
-    belts: Effort
-    joints: Effort
+    belts: MotorEffort
+    joints: MotorEffort
 
 
 def stance_effort(

@@ -30,7 +30,7 @@ from gaitlab.kinematics.transforms import axis_rotation
 SLANT = pi / 4.0  # rad, of the yaw-pitch axis between down and outwards
 
 
-class LegAngles(NamedTuple):
+class SlantedLegAngles(NamedTuple):
     """Joints of [Shaari2015] in NAO's signs, in [rad], and what they are made of. Shape (...)."""
 
     hip_roll: np.ndarray
@@ -43,7 +43,7 @@ class LegAngles(NamedTuple):
     distance: np.ndarray
 
 
-def geometric_angles(ankle: np.ndarray, thigh: float, tibia: float) -> LegAngles:
+def geometric_angles(ankle: np.ndarray, thigh: float, tibia: float) -> SlantedLegAngles:
     """Joints that put a level foot there, [Shaari2015] eqs. (2.6) to (2.12), corrected.
 
     Args:
@@ -58,7 +58,7 @@ def geometric_angles(ankle: np.ndarray, thigh: float, tibia: float) -> LegAngles
     to_line = np.arcsin(tibia * np.sin(inside) / distance)
     flexion, roll = to_line + np.arcsin(x / distance), np.arctan2(y, -z)
     knee = pi - inside
-    return LegAngles(roll, -flexion, knee, flexion - knee, -roll, inside, to_line, distance)
+    return SlantedLegAngles(roll, -flexion, knee, flexion - knee, -roll, inside, to_line, distance)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -50,9 +50,9 @@ from gaitlab.papers.bioloid_tables import (
     stated,
 )
 from gaitlab.papers.page import (
-    Comparison,
     Page,
-    Row,
+    PrintedNumber,
+    PrintedTable,
     Table,
     assumptions_of,
     errata_of,
@@ -130,7 +130,7 @@ def _summary(store: Path) -> str:
     )
 
 
-def _specification() -> Comparison:
+def _specification() -> PrintedTable:
     robot = Robot()
     body, sole = robot.upper_body, robot.sole
     above = body.waist_height + body.shoulder_height + body.neck + body.head
@@ -142,10 +142,12 @@ def _specification() -> Comparison:
     notes = [row["note"] for row in rows("bioloid_table1")]
     labels = [row["Description"] for row in rows("bioloid_table1")]
     found = [
-        Row(label=f"{label} [{unit}]", printed=float(text.split()[0]), ours=value, note=note)
+        PrintedNumber(
+            label=f"{label} [{unit}]", printed=float(text.split()[0]), ours=value, note=note
+        )
         for label, unit, text, value, note in zip(labels, units, texts, ours, notes, strict=True)
     ]
-    return Comparison(title="Table 1: the robot", unit="-", digits=1, rows=found)
+    return PrintedTable(title="Table 1: the robot", unit="-", digits=1, rows=found)
 
 
 def _calculated_table(side: Side) -> Table:
@@ -190,17 +192,19 @@ def _measured_table(robot: int, side: Side) -> Table:
     )
 
 
-def _abstract() -> Comparison:
+def _abstract() -> PrintedTable:
     found = []
     for side in SIDES:
         values = zip(stated(side), averages(side, False), averages(side, True), strict=True)
         names = (*(f"{axis} [cm]" for axis in AXES), *(f"{angle} [degrees]" for angle in ANGLES))
         for name, (printed, raw, mended) in zip(names, values, strict=True):
             note = "" if abs(raw - printed) < 0.01 else _average_note(printed, mended)
-            row = Row(label=f"{side} {name}", printed=float(printed), ours=float(raw), note=note)
+            row = PrintedNumber(
+                label=f"{side} {name}", printed=float(printed), ours=float(raw), note=note
+            )
             found.append(row)
     title = "Abstract: mean errors, ours from Tables 2 to 10 as printed"
-    return Comparison(title=title, unit="-", digits=2, rows=found)
+    return PrintedTable(title=title, unit="-", digits=2, rows=found)
 
 
 def _average_note(printed: float, mended: float) -> str:

@@ -19,7 +19,7 @@ from gaitlab.experiment.plan import plan
 from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles
-from gaitlab.kinematics.point_mass_stance import Effort, StanceEffort, stance_effort
+from gaitlab.kinematics.point_mass_stance import MotorEffort, StanceEffort, stance_effort
 from gaitlab.papers import biped_effects
 from gaitlab.papers.biped_effects import WALK, boundary_angles, lowest_point
 from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of, text_of
@@ -157,7 +157,7 @@ def _theory_table() -> Table:
     return Table(title="What one stance should cost", text=text, header=header, rows=rows)
 
 
-def _cells(effort: Effort) -> list[str]:
+def _cells(effort: MotorEffort) -> list[str]:
     return [f"{effort.peak:.1f}", f"{effort.work:.2f}", f"{effort.heat:.0f}"]
 
 

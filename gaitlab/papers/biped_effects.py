@@ -17,7 +17,7 @@ import numpy as np
 from gaitlab.gaits.biped import Gait
 from gaitlab.kinematics.belt_leg import ankle_position, stride_angles
 from gaitlab.kinematics.blend import blended_segment
-from gaitlab.papers.page import Comparison, Numbers, Row
+from gaitlab.papers.page import Numbers, PrintedNumber, PrintedTable
 from gaitlab.papers.printed import rows
 from gaitlab.robots.biped import Robot
 from gaitlab.servos.files import load_servo
@@ -42,14 +42,14 @@ def printed_angles(gait: Gait) -> dict[str, float]:
     }
 
 
-def boundary_angles() -> Comparison:
+def boundary_angles() -> PrintedTable:
     """The printed boundary conditions at the assumed lengths."""
     angles = printed_angles(WALK)
     table = []
     for row in rows("biped_boundary_conditions"):
         printed, ours = (angles.get(row[key]) for key in ("printed_value", "corrected_value"))
         table.append(
-            Row(
+            PrintedNumber(
                 label=f"{row['stride']}, {row['leg']}, {row['joint']} at {row['printed_time']}",
                 printed=None if printed is None else degrees(printed),
                 ours=None if ours is None else degrees(ours),
@@ -60,7 +60,7 @@ def boundary_angles() -> Comparison:
         f"Boundary angles of the strides (section III.A) for S = {WALK.step_length} m, "
         f"l = {WALK.segment} m, h = {WALK.step_height} m"
     )
-    return Comparison(title=title, unit="deg", digits=3, rows=table)
+    return PrintedTable(title=title, unit="deg", digits=3, rows=table)
 
 
 def lowest_point(gait: Gait) -> float:

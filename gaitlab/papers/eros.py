@@ -13,9 +13,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gaitlab.experiment.reference import Place, load_reference
+from gaitlab.experiment.reference import ReferenceCell, load_reference
 from gaitlab.papers import eros_effects
-from gaitlab.papers.page import Comparison, Page, Row, Table, assumptions_of, errata_of, text_of
+from gaitlab.papers.page import (
+    Page,
+    PrintedNumber,
+    PrintedTable,
+    Table,
+    assumptions_of,
+    errata_of,
+    text_of,
+)
 from gaitlab.papers.printed import forward_counted, pedestals
 from gaitlab.papers.printed import rows as rows_of
 from gaitlab.papers.walks import not_simulated, trials
@@ -52,7 +60,7 @@ def audit(store: Path) -> Page:
     )
 
 
-def facts() -> Comparison:
+def facts() -> PrintedTable:
     """Table 1 and the height."""
     joints = [joint.name for joint in Robot().tree.joints]
     arms, legs = ("shoulder", "elbow"), ("hip", "knee", "ankle")
@@ -68,10 +76,12 @@ def facts() -> Comparison:
     for row in rows_of("eros_table1_dof"):
         side, parts = limbs[row["joint"]]
         ours = sum(n.startswith(side) and any(part in n for part in parts) for n in joints)
-        rows.append(Row(label=row["joint"], printed=int(row["dof"]), ours=ours, note=row["note"]))
+        rows.append(
+            PrintedNumber(label=row["joint"], printed=int(row["dof"]), ours=ours, note=row["note"])
+        )
     height = float(rows_of("eros_facts")[0]["value"])
-    rows.append(Row(label="height, cm", printed=height, ours=round(100.0 * _height(), 9)))
-    return Comparison(title="Table 1: joints, and the height", unit="-", digits=0, rows=rows)
+    rows.append(PrintedNumber(label="height, cm", printed=height, ours=round(100.0 * _height(), 9)))
+    return PrintedTable(title="Table 1: joints, and the height", unit="-", digits=0, rows=rows)
 
 
 def _height() -> float:
@@ -81,15 +91,15 @@ def _height() -> float:
     return legs + torso.shoulder_height + torso.neck_height + head
 
 
-def chains() -> list[Comparison]:
+def chains() -> list[PrintedTable]:
     """Tables 2 to 6: each joint's turn and the shift that follows it."""
     return [
-        Comparison(title=title, unit="-", digits=0, rows=list(_chain(name)))
+        PrintedTable(title=title, unit="-", digits=0, rows=list(_chain(name)))
         for name, title in CHAINS.items()
     ]
 
 
-def _chain(name: str) -> Iterator[Row]:
+def _chain(name: str) -> Iterator[PrintedNumber]:
     for row, (turns_about, shift) in zip(rows_of(name), _model(name), strict=False):
         printed = (
             f"{row['rotation_as_printed']}, ({row['trans_x']}, {row['trans_y']}, {row['trans_z']})"
@@ -97,7 +107,7 @@ def _chain(name: str) -> Iterator[Row]:
         ours = f"{row['rotation_corrected']}, ({', '.join(f'{1e3 * x:g}' for x in shift)}) mm"
         agrees = row["rotation_corrected"].startswith(f"R_{turns_about}(")
         note = row["note"] if agrees else f"the model turns about {turns_about}"
-        yield Row(label=row["joint"], printed=printed, ours=ours, note=note)
+        yield PrintedNumber(label=row["joint"], printed=printed, ours=ours, note=note)
 
 
 def _model(name: str) -> list[tuple[str, tuple[float, float, float]]]:
@@ -131,7 +141,7 @@ def walking_table(name: str, store: Path) -> Table:
     surfaces = list(printed.stated)
     rows = []
     for number in printed.content.printed:
-        here = [Place(number, surface) for surface in surfaces]
+        here = [ReferenceCell(number, surface) for surface in surfaces]
         shown = [_cell(printed.cells[place], cells.get(place)) for place in here]
         rows.append((here[0].direction, f"{here[0].distance:g}", *shown))
     return Table(
@@ -142,11 +152,11 @@ def walking_table(name: str, store: Path) -> Table:
     )
 
 
-def _stable_counts(name: str, trials: pd.DataFrame) -> dict[Place, tuple[int, int]]:
+def _stable_counts(name: str, trials: pd.DataFrame) -> dict[ReferenceCell, tuple[int, int]]:
     """Stable walks and walks by cell of the printed table, read as travel of the swing foot."""
     if trials.empty:
         return {}
-    found: dict[Place, tuple[int, int]] = {}
+    found: dict[ReferenceCell, tuple[int, int]] = {}
     for (step, surface), group in trials.groupby([STEP, "surface"]):
         place = load_reference(name).place(float(str(step)), str(surface), "foot_travel")
         if place is not None:
@@ -160,7 +170,7 @@ def _cell(stable: bool, count: tuple[int, int] | None) -> str:
 
 
 def _sentence(
-    name: str, printed: Mapping[Place, bool], cells: Mapping[Place, tuple[int, int]]
+    name: str, printed: Mapping[ReferenceCell, bool], cells: Mapping[ReferenceCell, tuple[int, int]]
 ) -> str:
     ours = {place: stable_cell(count[0] / count[1]) for place, count in cells.items()}
     shared = [place for place in printed if place in ours]
@@ -175,20 +185,22 @@ def _sentence(
     )
 
 
-def efficiencies() -> list[Comparison]:
+def efficiencies() -> list[PrintedTable]:
     """Stated percentages beside those counted from the paper's own tables."""
     return [_efficiency(name) for name in ("eros_table7", "eros_table8")]
 
 
-def _efficiency(name: str) -> Comparison:
+def _efficiency(name: str) -> PrintedTable:
     printed = load_reference(name)
     forward = forward_counted(printed)
     rows = [
-        Row(label=f"{surface}, all 10 rows", printed=stated, ours=printed.counted[surface])
+        PrintedNumber(
+            label=f"{surface}, all 10 rows", printed=stated, ours=printed.counted[surface]
+        )
         for surface, stated in printed.stated.items()
     ]
     rows += [
-        Row(
+        PrintedNumber(
             label=f"{surface}, 7 forward rows",
             printed=stated,
             ours=forward_counted(printed)[surface],
@@ -199,21 +211,21 @@ def _efficiency(name: str) -> Comparison:
     mean = printed.content.stated_mean
     ahead = efficiency(list(forward.values()))
     rows += [
-        Row(label="efficiency, all 10 rows", printed=mean, ours=printed.counted_mean),
-        Row(
+        PrintedNumber(label="efficiency, all 10 rows", printed=mean, ours=printed.counted_mean),
+        PrintedNumber(
             label="efficiency, 7 forward rows",
             printed=mean,
             ours=ahead,
         ),
-        Row(label="efficiency, mean of what is stated", printed=mean, ours=stated_mean),
+        PrintedNumber(label="efficiency, mean of what is stated", printed=mean, ours=stated_mean),
     ]
     if name == "eros_table7":
         rows += list(_explained())
     title = f"Efficiency of {printed.title}: stated, and counted from the table itself"
-    return Comparison(title=title, unit="%", digits=1, rows=rows)
+    return PrintedTable(title=title, unit="%", digits=1, rows=rows)
 
 
-def _explained() -> Iterator[Row]:
+def _explained() -> Iterator[PrintedNumber]:
     """What Table 7 counts to if its backward rows are a copy of Table 8's."""
     printed = load_reference("eros_table7")
     for number, surface in pedestals().items():
@@ -222,7 +234,7 @@ def _explained() -> Iterator[Row]:
         ]
         stable = STATED_TRUE_BACKWARD[number]
         backward = [True] * stable + [False] * (3 - stable)
-        yield Row(
+        yield PrintedNumber(
             label=f"{surface}, {stable} of 3 backward rows stable",
             printed=printed.stated[surface],
             ours=stability_percent(cells + backward),
@@ -230,11 +242,11 @@ def _explained() -> Iterator[Row]:
         )
 
 
-def experiments(store: Path) -> list[Comparison]:
+def experiments(store: Path) -> list[PrintedTable]:
     """Figures 24, 26 and 28: pitch, distance and what the paper computes from it."""
     walks = rows_of("eros_experiments")
     rows = [
-        Row(
+        PrintedNumber(
             label=f"experiment {walk['experiment']}, gain in distance",
             printed=float(walk["difference_of_distance_pct_as_printed"]),
             ours=distance_difference(6.0, float(walk["distance_m"])),
@@ -244,9 +256,9 @@ def experiments(store: Path) -> list[Comparison]:
         if walk["optimization"] == "without"
     ]
     title = "Figures 24, 26, 28: gain in distance"
-    gains = Comparison(title=title, unit="%", digits=2, rows=rows)
+    gains = PrintedTable(title=title, unit="%", digits=2, rows=rows)
     lengths = [
-        Row(
+        PrintedNumber(
             label=f"experiment {walk['experiment']}, {walk['optimization']}",
             printed=float(walk["distance_m"]),
             ours=float(walk["steps"]) * float(walk["X_mm"]) / 1e3,
@@ -255,15 +267,15 @@ def experiments(store: Path) -> list[Comparison]:
         for walk in walks
     ]
     title = "Figures 24, 26, 28: distance, and steps times step"
-    distances = Comparison(title=title, unit="m", digits=2, rows=lengths)
+    distances = PrintedTable(title=title, unit="m", digits=2, rows=lengths)
     return [gains, distances, _pitch(store, walks)]
 
 
-def _pitch(store: Path, walks: Sequence[Mapping[str, str]]) -> Comparison:
+def _pitch(store: Path, walks: Sequence[Mapping[str, str]]) -> PrintedTable:
     """Printed pitch amplitude beside the median of the simulated walks."""
     found = {figure: trials(store, figure, WALKED) for figure in FIGURES}
     rows = [
-        Row(
+        PrintedNumber(
             label=f"{walk['figure']}, {walk['optimization']}",
             printed=float(walk["avg_pitch_vibration_deg_plusminus"]),
             ours=_median_pitch(found[f"eros_{walk['figure'].lower().replace(' ', '')}"], walk),
@@ -272,7 +284,7 @@ def _pitch(store: Path, walks: Sequence[Mapping[str, str]]) -> Comparison:
         for walk in walks
     ]
     title = "Figures 24, 26, 28: pitch amplitude on pedestal 1, simulated median where there is one"
-    return Comparison(title=title, unit="degrees", digits=1, rows=rows)
+    return PrintedTable(title=title, unit="degrees", digits=1, rows=rows)
 
 
 def _median_pitch(trials: pd.DataFrame, walk: Mapping[str, str]) -> float | None:

@@ -20,7 +20,15 @@ from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.papers import flow_effects
 from gaitlab.papers.as_printed import printed_tip_error
 from gaitlab.papers.flow_effects import STANDING
-from gaitlab.papers.page import Comparison, Page, Row, Table, assumptions_of, errata_of, text_of
+from gaitlab.papers.page import (
+    Page,
+    PrintedNumber,
+    PrintedTable,
+    Table,
+    assumptions_of,
+    errata_of,
+    text_of,
+)
 from gaitlab.papers.printed import rows as rows_of
 from gaitlab.robots.flow import Robot
 from gaitlab.servos.files import load_servo
@@ -47,20 +55,20 @@ def audit() -> Page:
     )
 
 
-def _facts() -> Comparison:
+def _facts() -> PrintedTable:
     robot = Robot()
     printed = {row["quantity"]: float(row["value"]) for row in rows_of("flow_facts")[:2]}
     torso, leg = robot.torso, robot.leg
     height = robot.sole.height + leg.shank + leg.thigh + leg.hip_drop + torso.waist_height
     height += torso.shoulder_height + torso.neck_height + torso.neck + torso.eyes + torso.crown
     rows = (
-        Row(label="height, cm", printed=printed["height"], ours=100.0 * height),
-        Row(label="mass, kg", printed=printed["mass"], ours=round(robot.tree.mass, 9)),
+        PrintedNumber(label="height, cm", printed=printed["height"], ours=100.0 * height),
+        PrintedNumber(label="mass, kg", printed=printed["mass"], ours=round(robot.tree.mass, 9)),
     )
-    return Comparison(title="Published numbers", unit="-", digits=1, rows=rows)
+    return PrintedTable(title="Published numbers", unit="-", digits=1, rows=rows)
 
 
-def _joint_counts() -> Comparison:
+def _joint_counts() -> PrintedTable:
     """What the paper counts, part by part, beside the model's joints."""
     joints = [joint.name for joint in Robot().tree.joints]
     legs = sum("hip" in name or "knee" in name or "ankle" in name for name in joints)
@@ -77,7 +85,7 @@ def _joint_counts() -> Comparison:
         "foot (leg)": (legs // 2 - 1, "free joints a leg, the parallelograms take one"),
     }
     rows = [
-        Row(
+        PrintedNumber(
             label=f"{row['body_part']}, {row['where']}",
             printed=int(row["dof_as_printed"]),
             ours=ours[row["body_part"]][0],
@@ -86,7 +94,7 @@ def _joint_counts() -> Comparison:
         for row in rows_of("flow_dof_claims")
     ]
     title = "Degrees of freedom, which the paper counts in different ways"
-    return Comparison(title=title, unit="-", digits=0, rows=rows)
+    return PrintedTable(title=title, unit="-", digits=0, rows=rows)
 
 
 def _unless_equal(printed: str, ours: int, note: str) -> str:

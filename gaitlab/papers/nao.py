@@ -32,7 +32,15 @@ from gaitlab.papers.nao_sweeps import (
     table,
     verdict,
 )
-from gaitlab.papers.page import Comparison, Page, Row, Table, assumptions_of, errata_of, text_of
+from gaitlab.papers.page import (
+    Page,
+    PrintedNumber,
+    PrintedTable,
+    Table,
+    assumptions_of,
+    errata_of,
+    text_of,
+)
 from gaitlab.papers.printed import rows
 from gaitlab.papers.walks import not_simulated
 from gaitlab.robots.nao import Robot
@@ -103,22 +111,22 @@ def _spread(found: list[Setting]) -> float:
     return max(shares, default=0.0) - min(shares, default=0.0)
 
 
-def _table_1(robot: Robot) -> Comparison:
+def _table_1(robot: Robot) -> PrintedTable:
     ours = (robot.leg.tibia, robot.leg.thigh, 2.0 * robot.leg.hip_spacing)
     printed = [(row["Parameter"], float(row["Values"].split()[0])) for row in rows("nao_table1")]
     notes = ("NAO V4's own, used here", "", "distance between the ankles; the leg does not use it")
-    return Comparison(
+    return PrintedTable(
         title="Table 1, lengths of NAO",
         unit="m",
         digits=4,
         rows=[
-            Row(label=label, printed=value, ours=own, note=note)
+            PrintedNumber(label=label, printed=value, ours=own, note=note)
             for (label, value), own, note in zip(printed, ours, notes, strict=True)
         ],
     )
 
 
-def _table_2(robot: Robot) -> Comparison:
+def _table_2(robot: Robot) -> PrintedTable:
     """A load on one sensor alone has to come back as that sensor's position."""
     lines = []
     for foot in range(2):
@@ -128,8 +136,8 @@ def _table_2(robot: Robot) -> Comparison:
             for axis, name in enumerate("XY"):
                 value = float(row[f"Position {name} (m) [Ankle Frame]"].split()[0])
                 label = f"{row['FSR Name']} {name.lower()}"
-                lines.append(Row(label=label, printed=value, ours=float(back[k, axis])))
-    return Comparison(
+                lines.append(PrintedNumber(label=label, printed=value, ours=float(back[k, axis])))
+    return PrintedTable(
         title="Table 2, force sensors, used as printed: the ZMP of a load on one of them alone",
         unit="m",
         digits=5,
@@ -153,7 +161,7 @@ def _knees(robot: Robot) -> Table:
     )
 
 
-def _final_setting(gait: Gait) -> Comparison:
+def _final_setting(gait: Gait) -> PrintedTable:
     ours = {
         "Step length (m)": 2.0 * gait.step_length,
         "Bending Height (m)": straight(Robot()) - gait.hip_height,
@@ -167,12 +175,14 @@ def _final_setting(gait: Gait) -> Comparison:
         "Frontal Shift (m)": "lateral_sway",
     }
     lines = [
-        Row(label=name, printed=final(name), ours=value, note=f"`{words[name]}`")
+        PrintedNumber(label=name, printed=final(name), ours=value, note=f"`{words[name]}`")
         for name, value in ours.items()
     ]
     speed = 2.0 * gait.step_length / gait.gait_period
-    lines.append(Row(label="Speed (m/s)", printed=None, ours=speed, note="s / 2T with T = 1 s"))
-    return Comparison(title="Table 6, the final setting", unit="-", digits=3, rows=lines)
+    lines.append(
+        PrintedNumber(label="Speed (m/s)", printed=None, ours=speed, note="s / 2T with T = 1 s")
+    )
+    return PrintedTable(title="Table 6, the final setting", unit="-", digits=3, rows=lines)
 
 
 def _planned(robot: AnyRobot, gait: Gait) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitlab.log import TrialLog
 from gaitlab.log.sensing import READING, load_index_signal, normalised_zmp_signal
-from gaitlab.papers.nao_sweeps import Setting, Sweep, settings, sweeps
+from gaitlab.papers.nao_sweeps import NaoSweep, Setting, settings, sweeps
 from gaitlab.papers.page import Picture
 from gaitlab.render.figure_style import BLUE, FAINT, VERMILLION, new_figure, save, style
 from gaitlab.store import Store
@@ -31,7 +31,9 @@ def pictures(store: Path) -> list[Picture]:
     return [*drawn, _last_chart(final, store)] if final else drawn
 
 
-def _chart(number: int, sweep: Sweep, found: Sequence[Setting], axis: int, store: Path) -> Picture:
+def _chart(
+    number: int, sweep: NaoSweep, found: Sequence[Setting], axis: int, store: Path
+) -> Picture:
     caption = (
         f"Chart {number} of the paper, simulated: normalised {'XY'[axis]} of the ZMP for five "
         f"values of the {sweep.title} {sweep.symbol} in [{sweep.unit}], seed {SHOWN_SEED}, the "

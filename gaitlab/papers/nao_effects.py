@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitlab.gaits.nao import Gait, lateral_profile
 from gaitlab.kinematics.fsr import foot_zmp, normalised, sensor_loads
-from gaitlab.kinematics.slanted_leg import LegAngles, geometric_angles
+from gaitlab.kinematics.slanted_leg import SlantedLegAngles, geometric_angles
 from gaitlab.papers.page import Numbers
 from gaitlab.papers.printed import rows
 from gaitlab.robots.nao import Robot
@@ -71,12 +71,12 @@ def printed_foot(s: float, lift: float, t: np.ndarray, window: float) -> np.ndar
     return np.stack([x, lift * np.sin(pi * (x / s + 0.5)) * window], axis=-1)
 
 
-def standing(leg: float, h: float) -> LegAngles:
+def standing(leg: float, h: float) -> SlantedLegAngles:
     """Leg of two equal links when standing h below its length, in [m]."""
     return geometric_angles(np.array([0.0, 0.0, h - leg]), leg / 2.0, leg / 2.0)
 
 
-def printed_hip_pitch(angles: LegAngles, opposite: str) -> float:
+def printed_hip_pitch(angles: SlantedLegAngles, opposite: str) -> float:
     """Hip pitch of eq. (2.11) while standing, in [rad], B as an `acos` as printed or an `asin`."""
     inside = float(angles.knee_inside)
     b = asin(np.sin(inside))
@@ -127,7 +127,7 @@ def shift() -> Numbers:
     return {"peak": peak, "at": FINE[printed.argmax()], "short": short}
 
 
-def _standing() -> LegAngles:
+def _standing() -> SlantedLegAngles:
     return standing(paper_leg(), final("Bending Height (m)"))
 
 

@@ -38,7 +38,7 @@ Trials = Sequence[Mapping[str, object]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep:
+class NaoSweep:
     """One of the paper's experiments, or ours over the period.
 
     Attributes:
@@ -87,11 +87,11 @@ _IN_MM: Mapping[str, Callable[[float], float]] = {
 
 
 @cache
-def sweeps() -> tuple[Sweep, ...]:
+def sweeps() -> tuple[NaoSweep, ...]:
     """The paper's three experiments."""
     final = published("nao_table6")[0]
     return tuple(
-        Sweep(
+        NaoSweep(
             experiment=experiment,
             title=title,
             symbol=symbol,
@@ -106,7 +106,7 @@ def sweeps() -> tuple[Sweep, ...]:
     )
 
 
-PERIOD = Sweep(
+PERIOD = NaoSweep(
     experiment="nao_period",
     title="half period",
     symbol="T",
@@ -145,7 +145,7 @@ class Setting:
         return {seed: value for seed, value in found.items() if isfinite(value)}
 
 
-def settings(sweep: Sweep, store: Path) -> list[Setting]:
+def settings(sweep: NaoSweep, store: Path) -> list[Setting]:
     """Every setting of a sweep with its finished trials; none for a sweep that was never run."""
     try:
         trials: Trials = [
@@ -165,7 +165,7 @@ def settings(sweep: Sweep, store: Path) -> list[Setting]:
     ]
 
 
-def table(sweep: Sweep, found: Sequence[Setting]) -> Table:
+def table(sweep: NaoSweep, found: Sequence[Setting]) -> Table:
     """What the simulation shows of each setting."""
     marked = {True: " (the paper's choice)", False: ""}
     header = [f"{sweep.symbol} [{sweep.unit}]", "walks", "share, 95 % interval"]
@@ -227,7 +227,7 @@ def criterion(found: Sequence[Setting]) -> str:
     )
 
 
-def verdict(sweep: Sweep, found: Sequence[Setting], store: Path) -> str:
+def verdict(sweep: NaoSweep, found: Sequence[Setting], store: Path) -> str:
     """Whether the simulation supports the paper's choice, with its numbers, as a sentence."""
     name = f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}"
     chosen = next((s for s in found if s.value == sweep.chosen), None)

@@ -41,7 +41,7 @@ class Erratum:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class PrintedNumber:
     """One published number beside ours.
 
     Attributes:
@@ -58,7 +58,7 @@ class Row:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class PrintedTable:
     """A published table, number by number.
 
     Attributes:
@@ -71,7 +71,7 @@ class Comparison:
     title: str
     unit: str
     digits: int
-    rows: Sequence[Row]
+    rows: Sequence[PrintedNumber]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +124,7 @@ class Page:
     title: str
     paper: str
     summary: str
-    comparisons: Sequence[Comparison]
+    comparisons: Sequence[PrintedTable]
     errata: Sequence[Erratum]
     assumptions: Sequence[tuple[str, str]]
     tables: Sequence[Table] = ()
@@ -217,7 +217,7 @@ def _picture(picture: Picture, folder: str) -> str:
     return f"{image(what, f'{folder}/{picture.name}.png')}\n\n{picture.caption}"
 
 
-def _comparison(comparison: Comparison) -> str:
+def _comparison(comparison: PrintedTable) -> str:
     unit = "" if comparison.unit == "-" else f" [{comparison.unit}]"
     header = ["", f"printed{unit}", f"ours{unit}", f"difference{unit}", "note"]
     rows = []
@@ -227,7 +227,7 @@ def _comparison(comparison: Comparison) -> str:
     return _table(header, rows, "lrrrl")
 
 
-def _difference(row: Row) -> Cell:
+def _difference(row: PrintedNumber) -> Cell:
     if isinstance(row.printed, float | int) and isinstance(row.ours, float | int):
         return row.ours - row.printed
     return None

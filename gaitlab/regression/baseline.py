@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 
-from gaitlab.canonical import canonical_json
 from gaitlab.documents.outputs import write_text
 from gaitlab.errors import Undecided
+from gaitlab.parameters import canonical_json
 from gaitlab.store import Scalar
 
 FORMAT = 1  # of the file; raise it when an older gaitlab would misread a newer file

@@ -7,26 +7,26 @@ from dataclasses import dataclass, replace
 from math import isclose
 from typing import Literal, TypeAlias
 
-from gaitlab.canonical import canonical_json
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
+from gaitlab.parameters import canonical_json
 from gaitlab.regression.baseline import NEW, Baseline, Walk
 from gaitlab.regression.falls import Falls, falls
-from gaitlab.regression.matching import Matched, matched
+from gaitlab.regression.matching import MatchedWalks, matched
 from gaitlab.regression.quantities import COARSEST, Quantity, noticed, tested, too_few
 from gaitlab.store import listed
 from gaitlab.trial import PHYSICS_VERSION
 
 WORSE = 5  # exit code
 ROUNDING = 1e-9  # relative; another processor may sum a metric in another order
-NO_RUNS = Matched(paired=False, cells=(), unshared=0)
+NO_RUNS = MatchedWalks(paired=False, cells=(), unshared=0)
 Mode: TypeAlias = Literal["none", "exact", "paired", "unpaired"]
 Verdict: TypeAlias = Literal["as good", "worse", "undecided"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class GateResult:
     """What the gate found.
 
     Attributes:
@@ -45,7 +45,7 @@ class Outcome:
     falls: Falls
     undecided: str = ""
     mode: Mode = "none"
-    runs: Matched = NO_RUNS
+    runs: MatchedWalks = NO_RUNS
     quantities: Sequence[Quantity] = ()
     declared: Sequence[str] = ()
     surroundings: Sequence[tuple[str, str, str]] = ()
@@ -123,7 +123,7 @@ def require_comparable(experiment: Experiment, before: Baseline) -> None:
 
 def undecided(
     reason: str, before: Baseline | None = None, tonight: Baseline | None = None
-) -> Outcome:
+) -> GateResult:
     """An answer without a decision, with what is known of the walks all the same.
 
     Args:
@@ -131,7 +131,7 @@ def undecided(
         before: The baseline, if one was read.
         tonight: What of tonight was walked, if anything was.
     """
-    outcome = Outcome(undecided=reason, falls=falls(before, tonight))
+    outcome = GateResult(undecided=reason, falls=falls(before, tonight))
     if before is None or tonight is None:
         return outcome
     pairs = _same_trials(before, tonight)
@@ -145,7 +145,7 @@ def undecided(
     )
 
 
-def compared(before: Baseline, tonight: Baseline) -> Outcome:
+def compared(before: Baseline, tonight: Baseline) -> GateResult:
     """Tonight's walks against the baseline's.
 
     Undecided if there is nothing to compare, too little to tell, or a metric is not what it was.

@@ -28,7 +28,7 @@ class MatchedCell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Matched:
+class MatchedWalks:
     """All walks that can be compared.
 
     Attributes:
@@ -51,7 +51,7 @@ class Matched:
         """Grounds, in the order of the plan."""
         return list(dict.fromkeys(cell.surface for cell in self.cells))
 
-    def on(self, surface: str) -> Matched:
+    def on(self, surface: str) -> MatchedWalks:
         """The cells of one ground; all of them for no name."""
         chosen = (cell for cell in self.cells if surface in ("", cell.surface))
         return replace(self, cells=tuple(chosen))
@@ -65,7 +65,7 @@ class Matched:
         return runs_of(before, tonight, paired=self.paired, outcomes=quantity == "stable")
 
 
-def matched(before: Baseline, tonight: Baseline) -> Matched:
+def matched(before: Baseline, tonight: Baseline) -> MatchedWalks:
     """Walks in cells that both have; by seed if any cell shares one."""
     sides = tonight.walks, before.walks
     found = match(*([(walk.place, walk.seed) for walk in side] for side in sides))
@@ -73,7 +73,7 @@ def matched(before: Baseline, tonight: Baseline) -> Matched:
     for side in (0, 1):
         for row, cell in zip(found.rows[side].tolist(), found.cells[side].tolist(), strict=True):
             cells.setdefault(cell, ([], []))[side].append(sides[side][row])
-    return Matched(
+    return MatchedWalks(
         paired=found.paired,
         cells=tuple(
             MatchedCell(

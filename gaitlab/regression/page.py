@@ -9,7 +9,7 @@ from math import degrees, isfinite
 
 from gaitlab.metrics import lookup
 from gaitlab.regression.falls import Falls, Tally
-from gaitlab.regression.gate import Outcome
+from gaitlab.regression.gate import GateResult
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity
 from gaitlab.store import Scalar
 
@@ -17,7 +17,7 @@ SHOWN = 10  # trials that are named
 HEADER = ("quantity", "on", "baseline", "tonight", "change", "p worse", "finding", "would notice")
 
 
-def outcome_page(experiment: str, outcome: Outcome) -> str:
+def outcome_page(experiment: str, outcome: GateResult) -> str:
     """The whole answer: verdict, falls and bits in the first line, then what they rest on."""
     blocks = [
         f"# {headline(experiment, outcome)}",
@@ -32,7 +32,7 @@ def outcome_page(experiment: str, outcome: Outcome) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
-def headline(experiment: str, outcome: Outcome) -> str:
+def headline(experiment: str, outcome: GateResult) -> str:
     """Verdict, falls before and tonight, and bits that differ, in one line."""
     joint = ", but " if outcome.undecided and outcome.falls.rose else "; "
     parts = [f"{_verdict(outcome)}{joint}{_fell(outcome.falls)}", _jump(outcome.falls)]
@@ -43,7 +43,7 @@ def headline(experiment: str, outcome: Outcome) -> str:
     return f"{experiment}: {'; '.join(part for part in parts if part)}"
 
 
-def _verdict(outcome: Outcome) -> str:
+def _verdict(outcome: GateResult) -> str:
     if outcome.undecided:
         return "the gate could not decide"
     if outcome.mode == "exact":
@@ -118,7 +118,7 @@ def _stable(tally: Tally) -> str:
     return f"{tally.stable} of {tally.n}"
 
 
-def _sentence(outcome: Outcome) -> str:
+def _sentence(outcome: GateResult) -> str:
     if outcome.undecided:
         return outcome.undecided
     if outcome.mode == "exact":
@@ -195,7 +195,7 @@ def _change(quantity: Quantity, value: float) -> str:
     return f"{shown:+.2g}{_unit(quantity)}"
 
 
-def _how(outcome: Outcome) -> str:
+def _how(outcome: GateResult) -> str:
     if not outcome.quantities:
         return ""
     runs, seeds = outcome.runs, outcome.quantities[0].seeds
@@ -217,7 +217,7 @@ def _how(outcome: Outcome) -> str:
     )
 
 
-def _changes(outcome: Outcome) -> str:
+def _changes(outcome: GateResult) -> str:
     """What differs on purpose, and which trials differ without one."""
     lines = []
     if outcome.declared:
@@ -227,7 +227,7 @@ def _changes(outcome: Outcome) -> str:
     return "\n".join(lines)
 
 
-def _trials(outcome: Outcome) -> str:
+def _trials(outcome: GateResult) -> str:
     if not outcome.differing:
         return ""
     named = ", ".join(trial_id[:8] for trial_id in outcome.differing[:SHOWN])
@@ -245,14 +245,14 @@ def _trials(outcome: Outcome) -> str:
     )
 
 
-def _seams(outcome: Outcome) -> str:
+def _seams(outcome: GateResult) -> str:
     """From which code to which, for whoever looks for the culprit."""
     if not outcome.commits or outcome.mode == "exact":
         return ""
     return f"Code: {' -> '.join(outcome.commits)}"
 
 
-def outcome_json(experiment: str, outcome: Outcome) -> str:
+def outcome_json(experiment: str, outcome: GateResult) -> str:
     """The same keys whatever was decided; `reason` is null if something was."""
     return json.dumps(
         {

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitlab.metrics import lookup
 from gaitlab.regression.baseline import METRICS, Walk
-from gaitlab.regression.matching import Matched
+from gaitlab.regression.matching import MatchedWalks
 from gaitlab.statistics import Runs, detectable_drop, detectable_shift, holm
 
 FALSE_ALARMS = 0.01  # of nights without any change; all tests of a night together
@@ -57,7 +57,7 @@ class Quantity:
         return self.tonight - self.before
 
 
-def tested(runs: Matched) -> list[Quantity]:
+def tested(runs: MatchedWalks) -> list[Quantity]:
     """Every test of the gate with its finding; stability first, over all and on each ground."""
     grounds = runs.surfaces if len(runs.surfaces) > 1 else []
     asked = [("stable", name) for name in ("", *grounds)] + [(name, "") for name in METRICS]
@@ -98,7 +98,7 @@ def _quantity(name: str, surface: str, runs: Runs) -> Quantity:
     )
 
 
-def noticed(runs: Matched, quantities: Sequence[Quantity]) -> list[Quantity]:
+def noticed(runs: MatchedWalks, quantities: Sequence[Quantity]) -> list[Quantity]:
     """The quantities with the smallest change for the worse that is found in four nights of five.
 
     At the strictest level of Holm, as if nothing else got worse.
@@ -138,7 +138,7 @@ def too_few(
     )
 
 
-def _detectable(runs: Matched, quantity: Quantity, level: float) -> float:
+def _detectable(runs: MatchedWalks, quantity: Quantity, level: float) -> float:
     if quantity.name == "stable":
         outcomes = _outcomes([cell.before for cell in runs.cells])
         return detectable_drop(outcomes, quantity.seeds, level, paired=runs.paired)

@@ -37,7 +37,7 @@ class Patch:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Footprint:
+class PressingSole:
     """A sole that may press the pile.
 
     Attributes:
@@ -52,7 +52,7 @@ class Footprint:
 
 
 def ground_faces(
-    surface: Surface, patch: Patch, soles: Sequence[Footprint], camera: Camera
+    surface: Surface, patch: Patch, soles: Sequence[PressingSole], camera: Camera
 ) -> list[Faces]:
     """Board and pile, deterministic: the same surface always grows the same blades."""
     board = _slab(patch, -BOARD, 0.0, BOARD_COLOUR)
@@ -75,7 +75,7 @@ def _slab(patch: Patch, bottom: float, top: float, colour: str) -> Faces:
 
 
 def _blades(
-    surface: TuftedPile | FibreMat, patch: Patch, soles: Sequence[Footprint], camera: Camera
+    surface: TuftedPile | FibreMat, patch: Patch, soles: Sequence[PressingSole], camera: Camera
 ) -> Faces:
     generator = np.random.default_rng(7)
     roots, width = _roots(surface, patch, generator)
@@ -117,7 +117,7 @@ def _leans(surface: TuftedPile | FibreMat, generator: np.random.Generator, n: in
     return amount[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + 2.0 * nap
 
 
-def pressed(roots: np.ndarray, soles: Sequence[Footprint]) -> tuple[np.ndarray, np.ndarray]:
+def pressed(roots: np.ndarray, soles: Sequence[PressingSole]) -> tuple[np.ndarray, np.ndarray]:
     """Height left below the soles over each root (inf beside them), and the way out from below."""
     gap, outward = np.full(len(roots), np.inf), np.zeros_like(roots)
     for sole in soles:

@@ -28,9 +28,9 @@ from gaitlab.render.raster import (
     SHADE,
     SUPPORT,
     SUPPORT_EDGE,
+    Crop,
     Layer,
     Triangles,
-    Window,
     merge,
     stain,
 )
@@ -134,9 +134,7 @@ class Painter:
         merge(self._ground, self._robot, self._stains, TINT, window)
         return self._ground.colour
 
-    def _stain(
-        self, take: Take, index: int, lens: Lens, shadow: np.ndarray, window: Window
-    ) -> None:
+    def _stain(self, take: Take, index: int, lens: Lens, shadow: np.ndarray, window: Crop) -> None:
         """Shadow of the robot and support polygon."""
         self._stains[window.top : window.bottom, window.left : window.right] = 0
         if lens.sideways:

@@ -37,7 +37,7 @@ class Triangles(NamedTuple):
     faces: np.ndarray
 
 
-class Window(NamedTuple):
+class Crop(NamedTuple):
     """A part of a picture: first and past-the-last column and row."""
 
     left: int
@@ -63,20 +63,20 @@ class Layer:
         self.face = np.empty((height, width), np.int32)
 
     @property
-    def whole(self) -> Window:
+    def whole(self) -> Crop:
         """All of it."""
         height, width = self.near.shape
-        return Window(0, width, 0, height)
+        return Crop(0, width, 0, height)
 
-    def around(self, corners: np.ndarray) -> Window:
+    def around(self, corners: np.ndarray) -> Crop:
         """The part that holds points and a pixel around them. Shape (..., 2 or more)."""
         height, width = self.near.shape
         x, y = np.moveaxis(corners[..., :2], -1, 0)
         left, right = np.clip([x.min() - 2, x.max() + 3], 0, width).astype(int)
         top, bottom = np.clip([y.min() - 2, y.max() + 3], 0, height).astype(int)
-        return Window(int(left), int(right), int(top), int(bottom))
+        return Crop(int(left), int(right), int(top), int(bottom))
 
-    def clear(self, window: Window) -> None:
+    def clear(self, window: Crop) -> None:
         """Empty a part."""
         part = np.s_[window.top : window.bottom, window.left : window.right]
         self.colour[part] = self._paper
@@ -93,9 +93,7 @@ def stain(stains: np.ndarray, corners: np.ndarray, bit: int) -> None:
     _mark(stains, corners, bit)
 
 
-def merge(
-    ground: Layer, robot: Layer, stains: np.ndarray, tint: np.ndarray, window: Window
-) -> None:
+def merge(ground: Layer, robot: Layer, stains: np.ndarray, tint: np.ndarray, window: Crop) -> None:
     """Put the robot on the ground: faces outlined, faint behind blades, the ground stained.
 
     Args:

@@ -11,7 +11,7 @@ from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import TrialLog
 from gaitlab.model import Link, LinkPoses, Tree
 from gaitlab.model.soles import Sole
-from gaitlab.render.lawn import Footprint
+from gaitlab.render.lawn import PressingSole
 from gaitlab.render.scene import Faces, box_faces, disc
 
 ALUMINIUM, DARK, ORANGE = "#C9D1D8", "#3A4148", "#E08A1E"
@@ -37,15 +37,17 @@ class Stance:
     poses: LinkPoses
     forces: np.ndarray | None = None
 
-    def footprints(self) -> list[Footprint]:
+    def footprints(self) -> list[PressingSole]:
         """Where the soles are."""
         return [self._footprint(foot) for foot in range(len(self.feet))]
 
-    def _footprint(self, foot: int) -> Footprint:
+    def _footprint(self, foot: int) -> PressingSole:
         link = self.tree.index(self.feet[foot])
         rotation = self.poses.rotation[0, link]
         centre = self.poses.position[0, link] + rotation @ np.array(self.sole.centre_of(foot))
-        return Footprint(centre=centre, rotation=rotation, size=(self.sole.length, self.sole.width))
+        return PressingSole(
+            centre=centre, rotation=rotation, size=(self.sole.length, self.sole.width)
+        )
 
     def corners(self) -> np.ndarray:
         """Corners of all boxes, world frame, in [m]. Shape (points, 3)."""

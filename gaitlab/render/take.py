@@ -16,7 +16,7 @@ from gaitlab.log import TrialLog
 from gaitlab.log.columns import FEET
 from gaitlab.log.fall import CAUSES
 from gaitlab.model import LinkPoses, Tree
-from gaitlab.render.lawn import Footprint
+from gaitlab.render.lawn import PressingSole
 from gaitlab.render.robot import robot_faces
 from gaitlab.surfaces.surface import Surface
 from gaitlab.trial import Trial
@@ -75,11 +75,11 @@ class Take:
     phase: np.ndarray
     focus: np.ndarray
 
-    def footprints(self, frame: int) -> list[Footprint]:
+    def footprints(self, frame: int) -> list[PressingSole]:
         """The soles at a frame."""
         links = [self.tree.index(foot) for foot in self.feet]
         return [
-            Footprint(
+            PressingSole(
                 centre=self.centres[frame, foot],
                 rotation=self.poses.rotation[frame, link],
                 size=self.sole,

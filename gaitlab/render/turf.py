@@ -14,8 +14,8 @@ from gaitlab.render.lawn import (
     LAYER_COLOUR,
     LIGHT_GREEN,
     MAT_COLOUR,
-    Footprint,
     Patch,
+    PressingSole,
     pressed,
 )
 from gaitlab.render.lens import Lens
@@ -112,7 +112,7 @@ def _leans(surface: Surface, generator: np.random.Generator, n: int) -> np.ndarr
 
 
 def ground(
-    turf: Turf, x: tuple[float, float], soles: Sequence[Footprint], lens: Lens
+    turf: Turf, x: tuple[float, float], soles: Sequence[PressingSole], lens: Lens
 ) -> list[Triangles]:
     """Board and pile between two places along the lane, in [m]."""
     thickness = BOARD * (turf.y[1] - turf.y[0])
@@ -175,7 +175,7 @@ def fans(polygons: np.ndarray, colours: np.ndarray, lens: Lens, first: int = 0) 
 
 
 def _blades(
-    turf: Turf, x: tuple[float, float], soles: Sequence[Footprint], lens: Lens
+    turf: Turf, x: tuple[float, float], soles: Sequence[PressingSole], lens: Lens
 ) -> Triangles:
     """Blades as ribbons of two pieces that face the camera and end in a tip."""
     seen = slice(*np.searchsorted(turf.roots[:, 0], x))

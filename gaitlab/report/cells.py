@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from gaitlab.experiment.reference import Place, ReferenceTable
+from gaitlab.experiment.reference import ReferenceCell, ReferenceTable
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import ONE_ROW, Results
-from gaitlab.report.scores import Cell, Score
+from gaitlab.report.scores import Score, ScoredCell
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import cell_text, column_text, letter, path_text, share
 from gaitlab.statistics import wilson
@@ -20,8 +20,8 @@ DIRECTIONS = ("forward", "backward")
 class Compared(NamedTuple):
     """One of our cells beside that of a reference table."""
 
-    place: Place
-    ours: Cell
+    place: ReferenceCell
+    ours: ScoredCell
     printed: bool
 
 
@@ -39,7 +39,7 @@ def reference_verdicts(results: Results) -> dict[tuple[str, Value, Value], bool]
 
 def _printed(
     results: Results, variant: Variant, row: Value, column: Value
-) -> tuple[Place, bool] | None:
+) -> tuple[ReferenceCell, bool] | None:
     reference = variant.compare
     if reference is None or results.columns != "surface" or results.rows != reference.content.rows:
         return None

@@ -8,12 +8,12 @@ from typing import Any
 
 import pandas as pd
 
-from gaitlab.canonical import values
 from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.reference import ReferenceTable, load_reference
 from gaitlab.experiment.shell import command
+from gaitlab.parameters import values
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
 from gaitlab.report.words import plural

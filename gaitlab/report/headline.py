@@ -11,8 +11,8 @@ from gaitlab.report.comparison import Comparison, difference, loud
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import Results
 from gaitlab.report.scores import (
-    Cell,
     Score,
+    ScoredCell,
     efficiency_draws,
     interval_of,
     mean_percent,
@@ -56,7 +56,7 @@ def _score_row(results: Results, variant: Variant, score: Score, label: str) -> 
     return [label, *cells, _efficiency_text(columns, score)]
 
 
-def _percent_text(cells: Sequence[Cell], score: Score) -> str:
+def _percent_text(cells: Sequence[ScoredCell], score: Score) -> str:
     known = [cell for cell in cells if cell.n]
     stable = sum(bool(cell.verdict(score)) for cell in known)
     if not known:
@@ -66,12 +66,12 @@ def _percent_text(cells: Sequence[Cell], score: Score) -> str:
     return f"{percent(surface_percent(cells, score))} ({count})"
 
 
-def _fallen(cells: Sequence[Cell]) -> int:
+def _fallen(cells: Sequence[ScoredCell]) -> int:
     """Cells in which the robot does not stand."""
     return sum(not cell.stands for cell in cells)
 
 
-def _efficiency_text(columns: Sequence[Sequence[Cell]], score: Score) -> str:
+def _efficiency_text(columns: Sequence[Sequence[ScoredCell]], score: Score) -> str:
     if not any(cell.n for cells in columns for cell in cells):
         return NOTHING
     bounds = interval_of(efficiency_draws(columns, score))
@@ -166,7 +166,7 @@ def _runs_row(results: Results, variant: Variant) -> list[str]:
     return [escape(variant.label), *map(_runs_text, columns), _runs_text(every)]
 
 
-def _runs_text(cells: Sequence[Cell]) -> str:
+def _runs_text(cells: Sequence[ScoredCell]) -> str:
     n = sum(cell.n for cell in cells)
     count = sum(cell.count() for cell in cells)
     return share(count, n, wilson(count, n)) if n else NOTHING

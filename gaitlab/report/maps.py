@@ -14,7 +14,7 @@ from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.figures.share_map import Grid, Square, share_map
 from gaitlab.report.markdown import escape, image, section
 from gaitlab.report.results import ONE_ROW, Results
-from gaitlab.report.scores import Cell, truth
+from gaitlab.report.scores import ScoredCell, truth
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import axis_text, column_text, letter, path_text, plural, surface_text
 
@@ -69,7 +69,7 @@ def _titles(results: Results, path: str, values: Sequence[Value]) -> list[str]:
     return [value_text(value).replace("_", " ") for value in values]
 
 
-def _square(cell: Cell, printed: bool | None) -> Square:
+def _square(cell: ScoredCell, printed: bool | None) -> Square:
     known = Square(
         count=cell.count(),
         n=cell.n,

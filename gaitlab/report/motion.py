@@ -13,11 +13,11 @@ from gaitlab.log import TrialLog
 from gaitlab.render.figure_style import save
 from gaitlab.render.portrait import filmstrip
 from gaitlab.report.falls import fallen
-from gaitlab.report.figures.balance import OUTSIDE, Column, balance_figure
+from gaitlab.report.figures.balance import OUTSIDE, WalkPanel, balance_figure
 from gaitlab.report.figures.foot_paths import CYCLES, foot_figure
 from gaitlab.report.figures.joint_loads import joint_figure
 from gaitlab.report.markdown import escape, image
-from gaitlab.report.representative import Walk, representative_cell, walks_of
+from gaitlab.report.representative import RepresentativeTrial, representative_cell, walks_of
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Value
 from gaitlab.report.words import place_text, surface_text
@@ -56,9 +56,9 @@ def _introduction(results: Results, row: Value, column: Value) -> str:
     )
 
 
-def _balance(results: Results, walks: Sequence[Walk], folder: Path) -> str:
+def _balance(results: Results, walks: Sequence[RepresentativeTrial], folder: Path) -> str:
     columns = [
-        Column(walk=walk, others=[results.log(name) for name in walk.others[:LINES]])
+        WalkPanel(walk=walk, others=[results.log(name) for name in walk.others[:LINES]])
         for walk in walks
     ]
     save(balance_figure(columns), folder, "balance")
@@ -74,7 +74,7 @@ across the first heading over the extent of the loaded soles, and red where it l
 commands, the bars at the foot of the picture are the soles that carry load."""
 
 
-def _feet(walks: Sequence[Walk], folder: Path) -> str:
+def _feet(walks: Sequence[RepresentativeTrial], folder: Path) -> str:
     save(foot_figure(walks), folder, "feet")
     picture = image("Paths of heel, toe and ankle over the ground", "feet.png")
     sunk = any(walk.log.header.pile_height > 0.0 for walk in walks)
@@ -85,7 +85,7 @@ def _feet(walks: Sequence[Walk], folder: Path) -> str:
     )
 
 
-def _joints(walks: Sequence[Walk], folder: Path) -> str:
+def _joints(walks: Sequence[RepresentativeTrial], folder: Path) -> str:
     walk = max(walks, key=lambda walk: walk.falls)
     figure = joint_figure(walk)
     if figure is None:

@@ -29,7 +29,7 @@ from gaitlab.report.maps import cells_map, pair_maps
 from gaitlab.report.markdown import DETAILS, details, escape, fenced, section, write_pages
 from gaitlab.report.matching import common
 from gaitlab.report.motion import motion_blocks
-from gaitlab.report.provenance import Part, facts_table, gantry_note, part_tables
+from gaitlab.report.provenance import DescribedPart, facts_table, gantry_note, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
 from gaitlab.report.sentences import findings, not_standing, seeds_asked
@@ -54,7 +54,7 @@ class Sources:
     """
 
     facts: dict[str, str]
-    parts: Sequence[Part]
+    parts: Sequence[DescribedPart]
     grounds: str
     command: str
     runs: str = ""

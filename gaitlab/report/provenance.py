@@ -73,7 +73,7 @@ def ground_notes(experiment: Experiment) -> dict[str, Notes]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class DescribedPart:
     """A thing with parameters that took part in the trials.
 
     Attributes:
@@ -177,7 +177,7 @@ def unit_text(unit: str) -> str:
     return "" if unit == "-" else escape(unit)
 
 
-def part_tables(parts: Sequence[Part]) -> str:
+def part_tables(parts: Sequence[DescribedPart]) -> str:
     """All parameters, one folded table a part, what nobody published in bold."""
     return "\n\n".join(
         f"### {escape(part.title)}\n\n{details(_summary(part), part.table())}"
@@ -186,7 +186,7 @@ def part_tables(parts: Sequence[Part]) -> str:
     )
 
 
-def _summary(part: Part) -> str:
+def _summary(part: DescribedPart) -> str:
     """How many parameters a part has, and of how many nobody published the value."""
     n, hidden = len(list(part.parameters())), len(part.unpublished)
     count = plural(n, "parameter")
@@ -226,13 +226,13 @@ def seeds_text(seeds: Iterable[int]) -> str:
     return ", ".join(str(low) if low == high else f"{low} to {high}" for low, high in runs)
 
 
-def gantry_note(parts: Sequence[Part]) -> str:
+def gantry_note(parts: Sequence[DescribedPart]) -> str:
     """A bold line for every robot on a gantry; empty when all stand on their own."""
     robots = [part for part in parts if part.path == "robot"]
     return " ".join(note for note in map(_note, robots) if note)
 
 
-def _note(part: Part) -> str:
+def _note(part: DescribedPart) -> str:
     if "robot.gantry" in part.varied:
         return (
             f"**On a gantry: the gantry of {escape(part.title)} is varied; only where it is `none` "

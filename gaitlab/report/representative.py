@@ -17,7 +17,7 @@ MOST_WALKS = 2  # variants whose walks are drawn, side by side
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Walk:
+class RepresentativeTrial:
     """The seeds of one cell, and the one that stands for them.
 
     Attributes:
@@ -76,7 +76,7 @@ def representative_cell(results: Results) -> tuple[Value, Value] | None:
     return best and best[1]
 
 
-def walks_of(results: Results, row: Value, column: Value) -> list[Walk]:
+def walks_of(results: Results, row: Value, column: Value) -> list[RepresentativeTrial]:
     """The walks of one cell: of the variants that fall least and most there, in their order."""
     shares = {
         variant.label: results.cell(variant, row, column).share()
@@ -92,12 +92,12 @@ def walks_of(results: Results, row: Value, column: Value) -> list[Walk]:
     ]
 
 
-def _walk(results: Results, variant: Variant, row: Value, column: Value) -> Walk:
+def _walk(results: Results, variant: Variant, row: Value, column: Value) -> RepresentativeTrial:
     trials = results.at(variant, row, column)
     trials = trials[trials["state"] == "DONE"]
     shown = representative(trials)
     chosen = trials[trials["trial_id"] == shown].iloc[0]
-    return Walk(
+    return RepresentativeTrial(
         label=variant.label if len(results.variants) > 1 else "",
         seed=int(chosen["seed"]),
         trial=results.trial(shown),

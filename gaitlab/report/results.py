@@ -9,7 +9,7 @@ from functools import cached_property
 import pandas as pd
 
 from gaitlab.log import TrialLog
-from gaitlab.report.scores import EMPTY, Cell, cell_of
+from gaitlab.report.scores import EMPTY, ScoredCell, cell_of
 from gaitlab.report.variants import Value, Variant
 from gaitlab.trial import Trial
 
@@ -72,24 +72,24 @@ class Results:
         trials = self.of(variant)
         return trials[(trials[self.rows] == row) & (trials[self.columns] == column)]
 
-    def cell(self, variant: Variant, row: Value, column: Value) -> Cell:
+    def cell(self, variant: Variant, row: Value, column: Value) -> ScoredCell:
         """One cell, counted; empty when it was not planned."""
         return self._cells.get((variant.label, row, column), EMPTY)
 
     @cached_property
-    def _cells(self) -> dict[tuple[str, Value, Value], Cell]:
+    def _cells(self) -> dict[tuple[str, Value, Value], ScoredCell]:
         place = ["variant", self.rows, self.columns]
         counted = dict.fromkeys((*place, "state", "stable", "stable_strict", "fell_standing"))
         known = [name for name in counted if name in self.trials.columns]
         groups = self.trials[known].groupby(place, sort=False)
         return {key: cell_of(group) for key, group in groups}
 
-    def column_cells(self, variant: Variant, column: Value) -> list[Cell]:
+    def column_cells(self, variant: Variant, column: Value) -> list[ScoredCell]:
         """The planned cells of one column."""
         cells = (self.cell(variant, row, column) for row in self.row_values)
         return [cell for cell in cells if cell.planned]
 
-    def by_column(self, variant: Variant) -> list[list[Cell]]:
+    def by_column(self, variant: Variant) -> list[list[ScoredCell]]:
         """The planned cells of every column."""
         return [self.column_cells(variant, column) for column in self.column_values]
 

@@ -37,7 +37,7 @@ LEVEL = 0.95
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cell:
+class ScoredCell:
     """Trials that differ only by seed.
 
     Attributes:
@@ -107,14 +107,14 @@ class Cell:
         return bounds.low < STABLE_SHARE < bounds.high
 
 
-EMPTY = Cell(stable=(), strict=(), infeasible=0, failed=0, missing=0)
+EMPTY = ScoredCell(stable=(), strict=(), infeasible=0, failed=0, missing=0)
 
 
-def cell_of(trials: pd.DataFrame) -> Cell:
+def cell_of(trials: pd.DataFrame) -> ScoredCell:
     """The cell that these trials make up."""
     states = trials["state"].tolist()
     scored = [state in SCORED for state in states]
-    return Cell(
+    return ScoredCell(
         stable=tuple(compress(truth(trials["stable"]).tolist(), scored)),
         strict=tuple(compress(truth(trials["stable_strict"]).tolist(), scored)),
         infeasible=states.count("INFEASIBLE"),
@@ -134,13 +134,13 @@ def truth(values: pd.Series) -> np.ndarray:
     return np.array([isinstance(v, (bool, np.bool_)) and bool(v) for v in values], dtype=bool)
 
 
-def surface_percent(cells: Iterable[Cell], score: Score = "stable") -> float:
+def surface_percent(cells: Iterable[ScoredCell], score: Score = "stable") -> float:
     """Share of cells that are stable, in percent; cells without a scored seed left out."""
     known = [bool(cell.verdict(score)) for cell in cells if cell.n]
     return stability_percent(known) if known else float("nan")
 
 
-def mean_percent(by_surface: Sequence[Sequence[Cell]], score: Score = "stable") -> float:
+def mean_percent(by_surface: Sequence[Sequence[ScoredCell]], score: Score = "stable") -> float:
     """Efficiency: mean of the surfaces' percentages; surfaces without a score left out."""
     percents = [surface_percent(cells, score) for cells in by_surface]
     known = [percent for percent in percents if not np.isnan(percent)]
@@ -148,7 +148,7 @@ def mean_percent(by_surface: Sequence[Sequence[Cell]], score: Score = "stable") 
 
 
 def efficiency_draws(
-    by_surface: Sequence[Sequence[Cell]], score: Score = "stable", stream: int = 0
+    by_surface: Sequence[Sequence[ScoredCell]], score: Score = "stable", stream: int = 0
 ) -> np.ndarray:
     """Plausible efficiencies given the seeds that were seen, in percent. Shape (draws,).
 
@@ -164,7 +164,7 @@ def efficiency_draws(
 
 
 def _surface_draws(
-    cells: Sequence[Cell], score: Score, generator: np.random.Generator
+    cells: Sequence[ScoredCell], score: Score, generator: np.random.Generator
 ) -> np.ndarray | None:
     known = [cell for cell in cells if cell.n]
     if not known:

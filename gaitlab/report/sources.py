@@ -14,7 +14,7 @@ from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
 from gaitlab.report.page import Sources
 from gaitlab.report.provenance import (
-    Part,
+    DescribedPart,
     common_values,
     file_notes,
     ground_notes,
@@ -77,26 +77,32 @@ def records(results: Results) -> Iterator[dict[str, object]]:
         yield {str(name): value for name, value in row.items() if not pd.isna(value)}
 
 
-def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Part]:
+def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[DescribedPart]:
     """Gait, robot, servos, grounds and settings of the first experiment, each once."""
     varied = frozenset(_varied(experiments, results))
     for trial in base_trials(experiments[0]):
         names = trial.names
         of = f" of {names.robot}" if experiments[0].walkers else ""
-        yield Part(title=f"gait {names.gait}{of}", path="gait", value=trial.gait, varied=varied)
-        yield Part(title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied)
+        yield DescribedPart(
+            title=f"gait {names.gait}{of}", path="gait", value=trial.gait, varied=varied
+        )
+        yield DescribedPart(
+            title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied
+        )
         for name, servo in _servos(trial).items():
             notes = file_notes("servo", name, experiments[0].path.parent)
             title = f"servo {name}{of}"
-            yield Part(title=title, path="servo", value=servo, varied=varied, notes=notes)
+            yield DescribedPart(title=title, path="servo", value=servo, varied=varied, notes=notes)
     yield from _balance_parts(experiments, varied)
     yield from _ground_parts(experiments, varied)
     trial = base_trial(experiments[0])
     for path in ("horizon", "spread", "engine"):
-        yield Part(title=path, path=path, value=getattr(trial, path), varied=varied)
+        yield DescribedPart(title=path, path=path, value=getattr(trial, path), varied=varied)
 
 
-def _balance_parts(experiments: Sequence[Experiment], varied: frozenset[str]) -> Iterator[Part]:
+def _balance_parts(
+    experiments: Sequence[Experiment], varied: frozenset[str]
+) -> Iterator[DescribedPart]:
     """Every balance controller, once; the first trial of a page may well have none."""
     found: dict[tuple[str, Balance], str] = {}
     for experiment in experiments:
@@ -105,10 +111,12 @@ def _balance_parts(experiments: Sequence[Experiment], varied: frozenset[str]) ->
                 found.setdefault((parts.balance_name, parts.balance), experiment.name)
     for (name, balance), first in found.items():
         title = f"balance {name} of {first}" if len(found) > 1 else f"balance {name}"
-        yield Part(title=title, path="balance", value=balance, varied=varied)
+        yield DescribedPart(title=title, path="balance", value=balance, varied=varied)
 
 
-def _ground_parts(experiments: Sequence[Experiment], varied: frozenset[str]) -> Iterator[Part]:
+def _ground_parts(
+    experiments: Sequence[Experiment], varied: frozenset[str]
+) -> Iterator[DescribedPart]:
     """Every ground, once, with the notes of its file."""
     seen: set[str] = set()
     for experiment in experiments:
@@ -116,7 +124,7 @@ def _ground_parts(experiments: Sequence[Experiment], varied: frozenset[str]) -> 
         for name, ground in experiment.parts.surfaces.items():
             title = f"ground {surface_text(name)}"
             if title not in seen:
-                yield Part(
+                yield DescribedPart(
                     title=title, path="surface", value=ground, varied=varied, notes=notes[name]
                 )
             seen.add(title)

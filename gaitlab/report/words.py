@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from gaitlab.report.results import ONE_ROW, Results
-from gaitlab.report.scores import Cell, Score
+from gaitlab.report.scores import Score, ScoredCell
 from gaitlab.report.variants import Value, value_text
 from gaitlab.statistics import Interval
 
@@ -39,13 +39,13 @@ def plural(n: int, noun: str) -> str:
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
-def verdict_text(cell: Cell, score: Score = "stable") -> str:
+def verdict_text(cell: ScoredCell, score: Score = "stable") -> str:
     """S or U, or that the robot does not stand; with a mark where the share may be either."""
     word = letter(bool(cell.verdict(score))) if cell.stands else DOES_NOT_STAND
     return word + ("?" if cell.doubtful(score) else "")
 
 
-def cell_text(cell: Cell, score: Score = "stable") -> str:
+def cell_text(cell: ScoredCell, score: Score = "stable") -> str:
     """Verdict, count and interval of a cell, with everything that did not run."""
     notes = [f"{n} {word}" for n, word in ((cell.failed, "failed"), (cell.missing, "missing")) if n]
     if not cell.n:

@@ -73,7 +73,7 @@ class Masses:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Skeleton:
+class BioloidSkeleton:
     """What the links are made from, each a parameter of the robot.
 
     Attributes:

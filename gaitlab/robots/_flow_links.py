@@ -62,7 +62,7 @@ _HERE: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Skeleton:
+class FlowSkeleton:
     """What the links are made from, each a parameter of the robot.
 
     Attributes:

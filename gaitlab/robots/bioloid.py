@@ -29,7 +29,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, planar_leg_limb
 from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
-from gaitlab.robots._bioloid_links import SIDES, Masses, Side, Skeleton
+from gaitlab.robots._bioloid_links import SIDES, BioloidSkeleton, Masses, Side
 
 # Joints whose right servo is turned over.
 MIRRORED = ("hip_pitch", "knee", "ankle_pitch", "shoulder_pitch", "elbow")
@@ -57,7 +57,7 @@ class BioloidSole(Sole):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Posture:
+class BioloidPosture:
     """What waist, arms and head hold unless a gait moves them."""
 
     waist_yaw: float = _angle(0.0, -1.57, 1.57, "positive turns left")
@@ -89,7 +89,7 @@ class Robot:
     sole: BioloidSole = field(default_factory=BioloidSole)
     upper_body: UpperBody = field(default_factory=UpperBody)
     masses: Masses = field(default_factory=Masses)
-    posture: Posture = field(default_factory=Posture)
+    posture: BioloidPosture = field(default_factory=BioloidPosture)
 
     def hip_offset(self) -> float:
         """Height of the trunk link frame over the hip axes, in [m]."""
@@ -98,7 +98,7 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links: trunk, left leg, right leg, waist, left arm, right arm, head."""
-        skeleton = Skeleton(
+        skeleton = BioloidSkeleton(
             leg=self.leg, sole=self.sole, upper_body=self.upper_body, masses=self.masses
         )
         return Tree(skeleton.links())

@@ -112,7 +112,7 @@ class TorsoGeometry:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Posture:
+class ErosPosture:
     """What arms and head hold while the legs walk."""
 
     shoulder_pitch: float = parameter(
@@ -169,7 +169,7 @@ class Robot:
     torso: TorsoGeometry = field(default_factory=TorsoGeometry)
     arm: ArmGeometry = field(default_factory=ArmGeometry)
     head: HeadGeometry = field(default_factory=HeadGeometry)
-    posture: Posture = field(default_factory=Posture)
+    posture: ErosPosture = field(default_factory=ErosPosture)
 
     def hip_offset(self) -> float:
         """Height of the trunk link frame over the hip axes, in [m]."""

@@ -34,7 +34,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, arm_limb, head_limb, leg_limb
 from gaitlab.model.soles import Sole, require_parallel
 from gaitlab.parameters import parameter
-from gaitlab.robots._flow_links import HIP_PITCH, SHANK, SIDES, Side, Skeleton
+from gaitlab.robots._flow_links import HIP_PITCH, SHANK, SIDES, FlowSkeleton, Side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class FlowSole(Sole):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Posture:
+class FlowPosture:
     """What waist, arms and head hold while the legs walk; both arms alike."""
 
     shoulder_lift: float = parameter(
@@ -96,7 +96,7 @@ class Robot:
     sole: FlowSole = field(default_factory=FlowSole)
     torso: FlowTorso = field(default_factory=FlowTorso)
     arm: FlowArm = field(default_factory=FlowArm)
-    posture: Posture = field(default_factory=Posture)
+    posture: FlowPosture = field(default_factory=FlowPosture)
 
     def hip_offset(self) -> float:
         """Height of the trunk link frame over the hip axes, in [m]."""
@@ -105,7 +105,7 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links: pelvis, left leg, right leg, torso, left arm, right arm, head."""
-        skeleton = Skeleton(
+        skeleton = FlowSkeleton(
             mass=self.mass,
             arm_joints=self.arm_joints,
             parallelogram=self.parallelogram,

@@ -99,7 +99,7 @@ class NaoLeg:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Posture:
+class NaoPosture:
     """What arms and head hold while the legs walk; the right arm mirrors the left."""
 
     shoulder_pitch: float = parameter(
@@ -141,7 +141,7 @@ class Robot:
     )
     leg: NaoLeg = field(default_factory=NaoLeg)
     sole: NaoSole = field(default_factory=NaoSole)
-    posture: Posture = field(default_factory=Posture)
+    posture: NaoPosture = field(default_factory=NaoPosture)
 
     def hip_offset(self) -> float:
         """Height of the trunk link frame over the hip axes, in [m]."""

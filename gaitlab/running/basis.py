@@ -6,8 +6,8 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 
 import gaitlab.trial
-from gaitlab.canonical import canonical_json, values
 from gaitlab.experiment import Experiment, Parts
+from gaitlab.parameters import canonical_json, values
 from gaitlab.store import Listed, TrialList
 
 DIGEST_LENGTH = 16  # hex digits; only ever compared with the digest of the same part

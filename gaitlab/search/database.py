@@ -20,11 +20,11 @@ from optuna.storages import RDBStorage, get_storage
 from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState, create_trial
 
-from gaitlab.canonical import canonical_json
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment, Value, study_of
 from gaitlab.experiment.shell import command
 from gaitlab.experiment.study import Aggregate, Choices, Constraint, Numbers, Objective, Study
+from gaitlab.parameters import canonical_json
 from gaitlab.search import heartbeat
 from gaitlab.search.candidates import Candidate, CandidateState, History
 from gaitlab.search.final import with_final

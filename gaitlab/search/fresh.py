@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from gaitlab.canonical import canonical_json
 from gaitlab.experiment import Axis, Experiment, Value, study_of
 from gaitlab.experiment.plan import plan
+from gaitlab.parameters import canonical_json
 from gaitlab.plugins import names
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.final import final_seeds

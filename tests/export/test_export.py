@@ -12,18 +12,20 @@ import pytest
 
 from gaitlab.errors import StoreError, UsageError
 from gaitlab.log.columns import columns
-from gaitlab.render.export import FORMATS, Recorded, write_export
+from gaitlab.render.export import FORMATS, ExportedTrial, write_export
 from gaitlab.store import Store
 from tests.walked import commit, record, walked
 
 
 @pytest.fixture(scope="module")
-def shown() -> Recorded:
+def shown() -> ExportedTrial:
     walking, log = walked()
-    return Recorded(record=record(walking, log), trial=walking, log=log)
+    return ExportedTrial(record=record(walking, log), trial=walking, log=log)
 
 
-def test_a_csv_reads_back_bit_for_bit_and_names_every_unit(shown: Recorded, tmp_path: Path) -> None:
+def test_a_csv_reads_back_bit_for_bit_and_names_every_unit(
+    shown: ExportedTrial, tmp_path: Path
+) -> None:
     (path,) = write_export(shown, "csv", tmp_path / "walk.csv")
     table = pd.read_csv(path, dtype=np.float64)
     described = columns(shown.log.header.joints)
@@ -34,7 +36,7 @@ def test_a_csv_reads_back_bit_for_bit_and_names_every_unit(shown: Recorded, tmp_
         assert np.array_equal(back, shown.log.arrays[column.name], equal_nan=back.dtype.kind == "f")
 
 
-def test_an_mcap_holds_every_number_at_its_time(shown: Recorded, tmp_path: Path) -> None:
+def test_an_mcap_holds_every_number_at_its_time(shown: ExportedTrial, tmp_path: Path) -> None:
     from mcap.reader import make_reader
 
     (path,) = write_export(shown, "mcap", tmp_path / "walk.mcap")
@@ -62,7 +64,7 @@ def test_an_mcap_holds_every_number_at_its_time(shown: Recorded, tmp_path: Path)
     assert seen == {column.name for column in columns(log.header.joints)}
 
 
-def test_an_mcap_moves_the_links_as_the_tree_does(shown: Recorded, tmp_path: Path) -> None:
+def test_an_mcap_moves_the_links_as_the_tree_does(shown: ExportedTrial, tmp_path: Path) -> None:
     from mcap.reader import make_reader
 
     (path,) = write_export(shown, "mcap", tmp_path / "walk.mcap")
@@ -80,7 +82,7 @@ def test_an_mcap_moves_the_links_as_the_tree_does(shown: Recorded, tmp_path: Pat
         assert np.linalg.norm(turn) == pytest.approx(1.0)
 
 
-def test_a_rerun_recording_holds_robot_and_columns(shown: Recorded, tmp_path: Path) -> None:
+def test_a_rerun_recording_holds_robot_and_columns(shown: ExportedTrial, tmp_path: Path) -> None:
     from rerun.chunk import RrdReader
 
     (path,) = write_export(shown, "rerun", tmp_path / "walk.rrd")
@@ -92,7 +94,7 @@ def test_a_rerun_recording_holds_robot_and_columns(shown: Recorded, tmp_path: Pa
 
 
 def test_urdf_and_mjcf_carry_the_same_links_joints_and_mass(
-    shown: Recorded, tmp_path: Path
+    shown: ExportedTrial, tmp_path: Path
 ) -> None:
     files = write_export(shown, "mjcf-urdf", tmp_path / "robot")
     assert [path.name for path in files] == ["robot.urdf", "robot.xml"]
@@ -115,7 +117,7 @@ def test_urdf_and_mjcf_carry_the_same_links_joints_and_mass(
         assert sum(weights) == pytest.approx(tree.mass)
 
 
-def test_the_keyframe_of_the_mjcf_is_the_first_tick(shown: Recorded, tmp_path: Path) -> None:
+def test_the_keyframe_of_the_mjcf_is_the_first_tick(shown: ExportedTrial, tmp_path: Path) -> None:
     _, path = write_export(shown, "mjcf-urdf", tmp_path / "robot")
     model = ElementTree.parse(path).getroot()
     key = model.find("keyframe/key")
@@ -140,7 +142,9 @@ def test_the_parquet_of_a_store_opens_flat_with_rising_time(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_a_place_that_cannot_be_written_is_told(shown: Recorded, form: str, tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_told(
+    shown: ExportedTrial, form: str, tmp_path: Path
+) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(StoreError, match="another --output"):
         write_export(shown, form, tmp_path / "file" / "walk")  # type: ignore[arg-type]
@@ -150,7 +154,7 @@ def test_a_place_that_cannot_be_written_is_told(shown: Recorded, form: str, tmp_
 
 @pytest.mark.parametrize(("form", "package"), [("mcap", "mcap"), ("rerun", "rerun-sdk")])
 def test_a_missing_library_is_named(
-    shown: Recorded, form: str, package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    shown: ExportedTrial, form: str, package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, package.removesuffix("-sdk"), None)
     with pytest.raises(UsageError, match=f"pip install {package}"):

@@ -12,7 +12,7 @@ from gaitlab.experiment import load_experiment
 from gaitlab.report.headline import verdicts_note
 from gaitlab.report.maps import pair_maps, varied_paths
 from gaitlab.report.page import Sources, write_page
-from gaitlab.report.provenance import Part, file_notes, ground_notes
+from gaitlab.report.provenance import DescribedPart, file_notes, ground_notes
 from gaitlab.report.results import Results
 from gaitlab.servos.files import load_servo
 from tests.report.builder import SURFACES, results_of, toy_trials, trial
@@ -73,7 +73,7 @@ def test_a_servo_shows_the_source_of_its_file_unless_the_experiment_set_the_numb
     servo = load_servo("mx_64")
     notes = file_notes("servo", "mx_64", Path())
     asked = replace(servo, position_gain=30.0)
-    part = Part(title="servo", path="servo", value=asked, varied=frozenset(), notes=notes)
+    part = DescribedPart(title="servo", path="servo", value=asked, varied=frozenset(), notes=notes)
     lines = {line.split("|")[1].strip(): line for line in part.table().splitlines()}
     assert "ROBOTIS e-Manual MX-64, 12 V" in lines["`stall_torque`"]
     assert "set by the experiment, nobody published it" in lines["`position_gain`"]

@@ -12,12 +12,12 @@ import pytest
 from gaitlab.kinematics.transforms import axis_rotation, quaternion_of
 from gaitlab.log import TrialLog
 from gaitlab.report.extremes import extremes, extremes_blocks, shortened
-from gaitlab.report.figures.balance import Column, balance_figure
+from gaitlab.report.figures.balance import WalkPanel, balance_figure
 from gaitlab.report.figures.foot_paths import foot_paths, shown_rows
 from gaitlab.report.figures.gait_phases import runs, swings
 from gaitlab.report.figures.heading import seen, support_extent
 from gaitlab.report.figures.joint_loads import most_loaded
-from gaitlab.report.representative import Walk, walks_of
+from gaitlab.report.representative import RepresentativeTrial, walks_of
 from tests.report.builder import results_of, toy_trial, toy_trials, trial, walk_log
 
 NAME = "none-grass_50mm-0.04-0"
@@ -49,8 +49,8 @@ def standing(
     return TrialLog(header=log.header, arrays=arrays)
 
 
-def walk(log: TrialLog) -> Walk:
-    return Walk(
+def walk(log: TrialLog) -> RepresentativeTrial:
+    return RepresentativeTrial(
         label="", seed=0, trial=toy_trial(NAME), log=log, amplitude=np.nan, others=(), falls=0
     )
 
@@ -119,7 +119,7 @@ def test_the_joint_at_its_torque_limit_comes_first() -> None:
 
 
 def test_balance_has_a_row_for_each_signal_and_a_column_for_each_walk() -> None:
-    columns = [Column(walk=walk(standing()), others=[walk_log(seed=1)])] * 2
+    columns = [WalkPanel(walk=walk(standing()), others=[walk_log(seed=1)])] * 2
     assert len(balance_figure(columns).axes) == 10
 
 
@@ -163,6 +163,6 @@ def test_the_commands_name_the_store_that_holds_the_trials() -> None:
 def test_the_same_walk_gives_the_same_picture(tmp_path: Path) -> None:
     from gaitlab.render.figure_style import save
 
-    column = Column(walk=replace(walk(standing()), amplitude=0.1), others=[])
+    column = WalkPanel(walk=replace(walk(standing()), amplitude=0.1), others=[])
     files = [save(balance_figure([column]), tmp_path, name) for name in "ab"]
     assert files[0].read_bytes() == files[1].read_bytes()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from gaitlab.report.provenance import Part, gantry_note
+from gaitlab.report.provenance import DescribedPart, gantry_note
 from gaitlab.robots.biped import Robot as Biped
 from gaitlab.robots.eros import Robot as Eros
 
 
-def part(robot: object, *varied: str) -> Part:
-    return Part(title="robot", path="robot", value=robot, varied=frozenset(varied))
+def part(robot: object, *varied: str) -> DescribedPart:
+    return DescribedPart(title="robot", path="robot", value=robot, varied=frozenset(varied))
 
 
 def test_a_robot_on_its_own_needs_no_note() -> None:

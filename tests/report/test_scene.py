@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import LinkPoses
 from gaitlab.render.figure_style import save
-from gaitlab.render.lawn import Footprint, Patch, ground_faces
+from gaitlab.render.lawn import Patch, PressingSole, ground_faces
 from gaitlab.render.portrait import SIDE, filmstrip, patch_below, portrait
 from gaitlab.render.robot import Stance, stance_at
 from gaitlab.render.scene import Camera, box_faces
@@ -64,7 +64,7 @@ def test_blades_grow_to_the_height_of_the_pile(ground: TuftedPile | FibreMat) ->
 
 def test_no_blade_that_roots_below_a_sole_stands_higher_than_it() -> None:
     gap = 0.012
-    sole = Footprint(centre=np.array([0.0, 0.0, gap]), rotation=np.eye(3), size=(0.12, 0.08))
+    sole = PressingSole(centre=np.array([0.0, 0.0, gap]), rotation=np.eye(3), size=(0.12, 0.08))
     blades = ground_faces(GRASS, PATCH, [sole], SIDE)[-1].corners
     roots = 0.5 * (blades[:, 0] + blades[:, -1])
     below = (np.abs(roots[:, 0]) < 0.06) & (np.abs(roots[:, 1]) < 0.04)

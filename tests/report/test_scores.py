@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from gaitlab.report.scores import (
     EMPTY,
-    Cell,
+    ScoredCell,
     cell_of,
     efficiency_draws,
     interval_of,
@@ -23,13 +23,13 @@ from gaitlab.report.scores import (
 STATES = st.sampled_from(["DONE", "INFEASIBLE", "FAILED", "MISSING"])
 
 
-def cell(k: int, n: int) -> Cell:
+def cell(k: int, n: int) -> ScoredCell:
     outcomes = (True,) * k + (False,) * (n - k)
-    return Cell(stable=outcomes, strict=outcomes, infeasible=0, failed=0, missing=0)
+    return ScoredCell(stable=outcomes, strict=outcomes, infeasible=0, failed=0, missing=0)
 
 
-def infeasible(n: int) -> Cell:
-    return Cell(stable=(False,) * n, strict=(False,) * n, infeasible=n, failed=0, missing=0)
+def infeasible(n: int) -> ScoredCell:
+    return ScoredCell(stable=(False,) * n, strict=(False,) * n, infeasible=n, failed=0, missing=0)
 
 
 @given(st.lists(st.tuples(STATES, st.booleans()), min_size=1))
@@ -44,7 +44,7 @@ def test_every_trial_is_counted_once(trials: list[tuple[str, bool]]) -> None:
 
 def test_steps_out_of_reach_count_as_unstable_and_failures_do_not_count() -> None:
     assert infeasible(3).verdict() is False
-    failed = Cell(stable=(True,), strict=(True,), infeasible=0, failed=5, missing=4)
+    failed = ScoredCell(stable=(True,), strict=(True,), infeasible=0, failed=5, missing=4)
     assert failed.verdict() is True
     assert (failed.n, failed.planned) == (1, 10)
 

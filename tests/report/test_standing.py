@@ -16,7 +16,7 @@ from gaitlab.report.forms.tidy import cells_frame
 from gaitlab.report.headline import headline, verdicts_note
 from gaitlab.report.maps import cells_map
 from gaitlab.report.results import Results
-from gaitlab.report.scores import Cell, cell_of, mean_percent, surface_percent
+from gaitlab.report.scores import ScoredCell, cell_of, mean_percent, surface_percent
 from gaitlab.report.sentences import not_standing
 from gaitlab.report.words import DOES_NOT_STAND, cell_text, verdict_text
 from tests.report.builder import results_of, toy_trials
@@ -25,10 +25,10 @@ SEEDS = 4
 WHERE = ("grass_50mm", 0.04, "none")  # ground, step and heel strike of the cell that falls
 
 
-def cell(up: int, walking: int, standing: int) -> Cell:
+def cell(up: int, walking: int, standing: int) -> ScoredCell:
     """So many seeds that stayed up, fell in walking and fell in standing."""
     outcomes = (True,) * up + (False,) * (walking + standing)
-    return Cell(
+    return ScoredCell(
         stable=outcomes, strict=outcomes, infeasible=0, failed=0, missing=0, standing=standing
     )
 

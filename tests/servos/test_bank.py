@@ -5,9 +5,9 @@ from math import floor
 import numpy as np
 import pytest
 
-from gaitlab.canonical import values
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import Spread
+from gaitlab.parameters import values
 from gaitlab.servos.bank import ServoBank, unequally_late
 from gaitlab.servos.files import load_servo
 

@@ -14,13 +14,13 @@ from itertools import combinations
 from typing import NamedTuple
 
 from gaitlab.errors import WrongValue
-from gaitlab.experiment.reference import Place, ReferenceTable, load_reference
+from gaitlab.experiment.reference import ReferenceCell, ReferenceTable, load_reference
 from gaitlab.papers.printed import eros_tables
 from gaitlab.papers.reproduction.section import Value
 from gaitlab.plugins import suggestion
 from gaitlab.report.cells import DIRECTIONS, STEP, compared
 from gaitlab.report.results import Results
-from gaitlab.report.scores import Cell, Score
+from gaitlab.report.scores import Score, ScoredCell
 from gaitlab.report.variants import Variant
 from gaitlab.statistics import Count
 
@@ -51,7 +51,7 @@ class Answer:
         return self.variant.label if len(self.results.variants) > 1 else self.experiment
 
     @property
-    def columns(self) -> list[list[Cell]]:
+    def columns(self) -> list[list[ScoredCell]]:
         """The planned cells of every ground."""
         return self.results.by_column(self.variant)
 
@@ -60,8 +60,8 @@ class Judged(NamedTuple):
     """One simulated cell beside the printed one."""
 
     table: ReferenceTable
-    place: Place
-    ours: Cell
+    place: ReferenceCell
+    ours: ScoredCell
     printed: bool
     calibrated: bool
 
@@ -125,7 +125,7 @@ def _blocks(value: Value) -> list[Mapping[str, Value]]:
     return [block for block in found if isinstance(block, Mapping)]
 
 
-def _within(place: Place, block: Mapping[str, Value]) -> bool:
+def _within(place: ReferenceCell, block: Mapping[str, Value]) -> bool:
     """Whether a cell lies in a block; what a block leaves out is all of it."""
     return (
         block.get("direction") in (None, place.direction)

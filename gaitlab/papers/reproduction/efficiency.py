@@ -19,7 +19,7 @@ from gaitlab.papers.reproduction.answers import Answer
 from gaitlab.report.matching import Matched
 from gaitlab.report.scores import (
     DRAWS,
-    Cell,
+    ScoredCell,
     cell_of,
     efficiency_draws,
     interval_of,
@@ -120,7 +120,7 @@ def simulated(before: Answer, after: Answer, runs: Matched) -> Simulated:
     )
 
 
-def _columns(runs: pd.DataFrame) -> list[list[Cell]]:
+def _columns(runs: pd.DataFrame) -> list[list[ScoredCell]]:
     """Cells of the runs on each ground."""
     grounds = (ground for _, ground in runs.groupby("surface", sort=False))
     return [[cell_of(cell) for _, cell in ground.groupby("cell")] for ground in grounds]

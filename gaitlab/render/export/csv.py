@@ -10,10 +10,10 @@ import numpy as np
 
 from gaitlab.documents.printable import csv_cell
 from gaitlab.log.columns import Column, columns
-from gaitlab.render.export.recorded import Recorded
+from gaitlab.render.export.recorded import ExportedTrial
 
 
-def write_csv(shown: Recorded, files: Sequence[Path]) -> None:
+def write_csv(shown: ExportedTrial, files: Sequence[Path]) -> None:
     """Write the columns of a log; read as float32, every number is the one that was recorded."""
     described = columns(shown.log.header.joints)
     texts = [_texts(shown.log.arrays[column.name]) for column in described]

@@ -13,7 +13,7 @@ from gaitlab.errors import UsageError
 from gaitlab.render.export.csv import write_csv
 from gaitlab.render.export.mcap import write_mcap
 from gaitlab.render.export.model import write_model
-from gaitlab.render.export.recorded import Recorded
+from gaitlab.render.export.recorded import ExportedTrial
 from gaitlab.render.export.rerun import write_rerun
 
 Format: TypeAlias = Literal["csv", "mcap", "rerun", "mjcf-urdf"]
@@ -33,7 +33,7 @@ class _Writer(NamedTuple):
         package: What brings it.
     """
 
-    write: Callable[[Recorded, Sequence[Path]], None]
+    write: Callable[[ExportedTrial, Sequence[Path]], None]
     ending: str
     start: bytes
     library: str = ""
@@ -50,7 +50,7 @@ _WRITERS: dict[Format, _Writer] = {
 }
 
 
-def default_path(shown: Recorded, form: Format) -> Path:
+def default_path(shown: ExportedTrial, form: Format) -> Path:
     """What an export is called when nobody says: the trial, or for a model the robot."""
     ending = _WRITERS[form].ending
     robot = Path(shown.trial.names.robot).stem
@@ -72,7 +72,7 @@ def require_library(form: Format) -> None:
 
 
 def write_export(
-    shown: Recorded, form: Format, path: Path | None = None, *, force: bool = False
+    shown: ExportedTrial, form: Format, path: Path | None = None, *, force: bool = False
 ) -> list[Path]:
     """Write a trial in a format of other tools.
 

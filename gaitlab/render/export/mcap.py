@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitlab.log.columns import FEET, Column, columns
 from gaitlab.model import Link
-from gaitlab.render.export.recorded import NANOSECONDS, Recorded
+from gaitlab.render.export.recorded import NANOSECONDS, ExportedTrial
 from gaitlab.render.robot import link_colour
 from gaitlab.render.scene import channels
 
@@ -52,7 +52,7 @@ class Topic(NamedTuple):
     messages: Iterator[Message]
 
 
-def write_mcap(shown: Recorded, files: Sequence[Path]) -> None:
+def write_mcap(shown: ExportedTrial, files: Sequence[Path]) -> None:
     """Write every column of a log, and the moving robot."""
     from mcap.writer import Writer
 
@@ -82,7 +82,7 @@ def _in_order(topics: list[Topic], channels: list[int]) -> list[tuple[int, int, 
     return sorted(found, key=lambda message: message[:2])
 
 
-def _log_topics(shown: Recorded) -> Iterator[Topic]:
+def _log_topics(shown: ExportedTrial) -> Iterator[Topic]:
     """Every column but time, grouped by the part of the robot that it tells of."""
     described = columns(shown.log.header.joints)
     groups = [f"{side}_foot" for side in FEET] + list(shown.log.header.joints)
@@ -94,7 +94,7 @@ def _log_topics(shown: Recorded) -> Iterator[Topic]:
     yield _topic(shown, "robot", rest, "")
 
 
-def _topic(shown: Recorded, group: str, described: list[Column], prefix: str) -> Topic:
+def _topic(shown: ExportedTrial, group: str, described: list[Column], prefix: str) -> Topic:
     names = [column.name.removeprefix(prefix) for column in described]
     properties: dict[str, Json] = {
         name: {"type": TYPES[column.dtype], "description": f"{column.doc} [{column.unit}]"}
@@ -114,7 +114,7 @@ def _plain(array: np.ndarray) -> list[Json]:
     return values
 
 
-def _transforms(shown: Recorded) -> Topic:
+def _transforms(shown: ExportedTrial) -> Topic:
     """Pose of every link in the world."""
     every = max(1, round(POSES_EVERY / shown.log.header.dt))
     names = [link.name for link in shown.trial.robot.tree.links]
@@ -141,7 +141,7 @@ def _transform(time: int, name: str, position: np.ndarray, quaternion: list[floa
     }
 
 
-def _scene(shown: Recorded) -> Topic:
+def _scene(shown: ExportedTrial) -> Topic:
     """Boxes of the links and the ground, sent once."""
     time = int(shown.nanoseconds[0])
     robot = shown.trial.robot

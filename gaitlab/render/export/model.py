@@ -8,12 +8,12 @@ from pathlib import Path
 from gaitlab.documents.outputs import MARK
 from gaitlab.model.urdf import urdf
 from gaitlab.render.export.mjcf import mjcf
-from gaitlab.render.export.recorded import Recorded
+from gaitlab.render.export.recorded import ExportedTrial
 
 NOTE = f"<!-- written by {MARK} -->\n"
 
 
-def write_model(shown: Recorded, files: Sequence[Path]) -> None:
+def write_model(shown: ExportedTrial, files: Sequence[Path]) -> None:
     """Write the URDF and the MJCF."""
     robot, header, log = shown.trial.robot, shown.log.header, shown.log
     # Without a gantry's massless rig, which only Bullet takes; the MJCF has it as joints.

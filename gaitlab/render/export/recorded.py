@@ -17,7 +17,7 @@ NANOSECONDS = 1e9  # in a second
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Recorded:
+class ExportedTrial:
     """A trial that ran.
 
     Attributes:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitlab.log.columns import FEET, columns
-from gaitlab.render.export.recorded import NANOSECONDS, Recorded
+from gaitlab.render.export.recorded import NANOSECONDS, ExportedTrial
 from gaitlab.render.robot import link_colour
 from gaitlab.render.scene import channels
 
@@ -25,7 +25,7 @@ ARROW = 0.34  # robot heights, length of an arrow that stands for the whole weig
 GREEN, VERMILLION, BLACK = (90, 140, 64, 128), (213, 94, 0), (0, 0, 0)
 
 
-def write_rerun(shown: Recorded, files: Sequence[Path]) -> None:
+def write_rerun(shown: ExportedTrial, files: Sequence[Path]) -> None:
     """Write the moving robot and every column of its log.
 
     Raises:
@@ -43,7 +43,7 @@ def write_rerun(shown: Recorded, files: Sequence[Path]) -> None:
         raise OSError(str(error)) from error
 
 
-def _log(stream: rerun.RecordingStream, shown: Recorded) -> None:
+def _log(stream: rerun.RecordingStream, shown: ExportedTrial) -> None:
     import rerun
 
     stream.log("/", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -61,7 +61,7 @@ def _log(stream: rerun.RecordingStream, shown: Recorded) -> None:
             stream.log(place, rerun.SeriesLines(names=label), static=True)
 
 
-def _ground(stream: rerun.RecordingStream, shown: Recorded) -> None:
+def _ground(stream: rerun.RecordingStream, shown: ExportedTrial) -> None:
     import rerun
 
     height = max(shown.trial.surface.height, 0.002)
@@ -73,7 +73,7 @@ def _ground(stream: rerun.RecordingStream, shown: Recorded) -> None:
 
 
 def _robot(
-    stream: rerun.RecordingStream, shown: Recorded, times: Iterable[rerun.TimeColumn]
+    stream: rerun.RecordingStream, shown: ExportedTrial, times: Iterable[rerun.TimeColumn]
 ) -> None:
     import rerun
 
@@ -92,7 +92,7 @@ def _robot(
 
 
 def _marks(
-    stream: rerun.RecordingStream, shown: Recorded, times: Iterable[rerun.TimeColumn]
+    stream: rerun.RecordingStream, shown: ExportedTrial, times: Iterable[rerun.TimeColumn]
 ) -> None:
     """Load on each foot, ZMP and CoM."""
     import rerun

@@ -32,7 +32,7 @@ from gaitlab.render.figure_style import (
 )
 from gaitlab.report.figures.gait_phases import phase_keys, runs, shade, swings, walking_time
 from gaitlab.report.figures.heading import AXES, seen, support_extent
-from gaitlab.report.representative import Walk
+from gaitlab.report.representative import RepresentativeTrial
 
 THIN = "#8F8F8F"  # seeds beside the shown one
 LARGEST_SHOWN = 30.0  # degrees; a robot lying down would flatten the walk before it
@@ -46,7 +46,7 @@ HEIGHTS = (1.5, 1.3, 1.3, 1.3, 0.45)  # in, of the rows
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Column:
+class WalkPanel:
     """One column of the figure.
 
     Attributes:
@@ -54,7 +54,7 @@ class Column:
         others: Logs of other seeds, drawn thin.
     """
 
-    walk: Walk
+    walk: RepresentativeTrial
     others: Sequence[TrialLog]
 
     @property
@@ -63,7 +63,7 @@ class Column:
         return [self.walk.log, *self.others]
 
 
-def balance_figure(columns: Sequence[Column]) -> Figure:
+def balance_figure(columns: Sequence[WalkPanel]) -> Figure:
     """Pitch and roll of all seeds; ZMP, support polygon and loaded feet of the shown one."""
     with style():
         figure = new_figure(height=sum(HEIGHTS) + 1.0)
@@ -86,7 +86,7 @@ def balance_figure(columns: Sequence[Column]) -> Figure:
     return figure
 
 
-def _window(columns: Sequence[Column]) -> tuple[float, float]:
+def _window(columns: Sequence[WalkPanel]) -> tuple[float, float]:
     """First and last instant shown, in [s]."""
     ends = [float(walking_time(log)[_last(log)]) for c in columns for log in c.logs]
     begin, end = min(0.0, *ends) - BEFORE, max(ends)  # some fall before they walk
@@ -106,7 +106,7 @@ def _rows(log: TrialLog, window: tuple[float, float]) -> slice:
     return slice(start, stop, max(1, (stop - start) // POINTS))
 
 
-def _draw(axes: Sequence[Axes], column: Column, window: tuple[float, float]) -> None:
+def _draw(axes: Sequence[Axes], column: WalkPanel, window: tuple[float, float]) -> None:
     spans = swings(column.walk.log, column.walk.trial.gait)
     for axis in axes[:-1]:
         shade(axis, spans)
@@ -118,7 +118,7 @@ def _draw(axes: Sequence[Axes], column: Column, window: tuple[float, float]) -> 
     _draw_contacts(axes[4], column.walk.log)
 
 
-def _draw_angle(axis: Axes, column: Column, name: str, window: tuple[float, float]) -> None:
+def _draw_angle(axis: Axes, column: WalkPanel, name: str, window: tuple[float, float]) -> None:
     for log in column.others:
         rows = _rows(log, window)
         axis.plot(walking_time(log)[rows], np.degrees(log[name][rows]), color=THIN, linewidth=0.5)
@@ -141,7 +141,7 @@ def _mark_fall(
     )
 
 
-def _amplitude(axis: Axes, walk: Walk) -> None:
+def _amplitude(axis: Axes, walk: RepresentativeTrial) -> None:
     walked = walk.log["pitch"][walk.log.walking]
     if np.isnan(walk.amplitude) or not len(walked):
         return
@@ -194,7 +194,7 @@ def _draw_contacts(axis: Axes, log: TrialLog) -> None:
     axis.tick_params(axis="y", length=0)
 
 
-def _finish(axes: np.ndarray, columns: Sequence[Column], window: tuple[float, float]) -> None:
+def _finish(axes: np.ndarray, columns: Sequence[WalkPanel], window: tuple[float, float]) -> None:
     for row, name in enumerate(("pitch", "roll")):
         limit = _limit(columns, name)
         axes[row, 0].set_ylim(-limit, limit)
@@ -205,7 +205,7 @@ def _finish(axes: np.ndarray, columns: Sequence[Column], window: tuple[float, fl
     axes[0, 0].get_figure().align_ylabels(axes[:, 0])
 
 
-def _limit(columns: Sequence[Column], name: str) -> float:
+def _limit(columns: Sequence[WalkPanel], name: str) -> float:
     largest = max(np.abs(log[name][: _last(log) + 1]).max() for c in columns for log in c.logs)
     return float(np.clip(1.15 * np.degrees(largest), SMALLEST_SHOWN, LARGEST_SHOWN))
 

@@ -25,7 +25,7 @@ from gaitlab.render.figure_style import (
     wrapped,
 )
 from gaitlab.report.figures.heading import foot_rotation, seen
-from gaitlab.report.representative import Walk
+from gaitlab.report.representative import RepresentativeTrial
 
 CYCLES = 2.0  # shown before the fall, or in the middle of the walk
 SOLES = 8  # drawn a cycle
@@ -49,7 +49,7 @@ class Paths(NamedTuple):
     ankle: np.ndarray
 
 
-def foot_paths(walk: Walk, foot: int, rows: slice) -> Paths:
+def foot_paths(walk: RepresentativeTrial, foot: int, rows: slice) -> Paths:
     """Lowest edges of heel and toe and the ankle of a foot along the first heading."""
     log, sole = walk.log, walk.trial.robot.sole
     centre, rotation = log.vector(f"{FEET[foot]}_foot_")[rows], foot_rotation(log, foot)[rows]
@@ -79,7 +79,7 @@ def shown_rows(log: TrialLog) -> slice:
     return slice(max(0, stop - length), max(stop, 1))
 
 
-def foot_figure(walks: Sequence[Walk]) -> Figure:
+def foot_figure(walks: Sequence[RepresentativeTrial]) -> Figure:
     """Left foot above the right one, one column a walk; heights are stretched."""
     rows = [shown_rows(walk.log) for walk in walks]
     paths = [[foot_paths(w, foot, r) for foot in (0, 1)] for w, r in zip(walks, rows, strict=True)]
@@ -109,7 +109,9 @@ def _span(both: Sequence[Paths]) -> float:
     return float(np.ptp(np.concatenate([point[:, 0] for foot in both for point in foot])))
 
 
-def _heights(paths: Sequence[Sequence[Paths]], walks: Sequence[Walk]) -> tuple[float, float]:
+def _heights(
+    paths: Sequence[Sequence[Paths]], walks: Sequence[RepresentativeTrial]
+) -> tuple[float, float]:
     """Lowest and highest point shown, in [m]; what kicks up in a fall leaves the picture."""
     top = max(point[:, 1].max() for both in paths for foot in both for point in foot)
     bottom = min(point[:, 1].min() for both in paths for foot in both for point in foot)
@@ -123,7 +125,7 @@ def _left_edge(both: Sequence[Paths], width: float) -> float:
     return float(0.5 * (x.min() + x.max()) - 0.5 * width)
 
 
-def _draw(axis: Axes, walk: Walk, paths: Paths, rows: slice) -> None:
+def _draw(axis: Axes, walk: RepresentativeTrial, paths: Paths, rows: slice) -> None:
     _ground(axis, walk.log.header.pile_height, paths)
     every = max(1, round(walk.log.header.gait_period / walk.log.header.dt / SOLES))
     for k in range(0, len(paths.heel), every):
@@ -146,7 +148,7 @@ def _ground(axis: Axes, height: float, paths: Paths) -> None:
         axis.axhline(height, color=GREEN, linewidth=1.0, zorder=1)
 
 
-def _keys(walks: Sequence[Walk]) -> list[Line2D | Patch]:
+def _keys(walks: Sequence[RepresentativeTrial]) -> list[Line2D | Patch]:
     keys: list[Line2D | Patch] = [
         Line2D([], [], color=colour, linestyle=dashes, label=name)
         for name, (colour, dashes) in LOOKS.items()

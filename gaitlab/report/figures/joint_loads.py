@@ -15,7 +15,7 @@ from gaitlab.metrics.joints import NEAR_LIMIT
 from gaitlab.render.figure_style import BLUE, INK, ORANGE, VERMILLION, new_figure, style
 from gaitlab.report.figures.foot_paths import shown_rows
 from gaitlab.report.figures.gait_phases import runs, walking_time
-from gaitlab.report.representative import Walk
+from gaitlab.report.representative import RepresentativeTrial
 
 JOINTS = 3
 SATURATED = "#F7D9C7"
@@ -40,7 +40,7 @@ class Load:
     saturated: np.ndarray
 
 
-def most_loaded(walk: Walk, rows: slice) -> list[Load]:
+def most_loaded(walk: RepresentativeTrial, rows: slice) -> list[Load]:
     """The joints at their torque limit for longest, then those that come nearest to it."""
     header = walk.log.header
     driven = [
@@ -52,7 +52,7 @@ def most_loaded(walk: Walk, rows: slice) -> list[Load]:
     return sorted(loads, key=lambda load: (-load.saturated.sum(), -load.peak))[:JOINTS]
 
 
-def _load(walk: Walk, joint: str, limit: float, rows: slice) -> Load:
+def _load(walk: RepresentativeTrial, joint: str, limit: float, rows: slice) -> Load:
     torque = np.abs(walk.log[f"{joint}_torque"][rows])
     return Load(
         joint=joint,
@@ -62,12 +62,12 @@ def _load(walk: Walk, joint: str, limit: float, rows: slice) -> Load:
     )
 
 
-def _range_of(walk: Walk, name: str) -> tuple[float, float]:
+def _range_of(walk: RepresentativeTrial, name: str) -> tuple[float, float]:
     found = [joint for joint in walk.trial.robot.tree.joints if joint.name == name]
     return (found[0].lower, found[0].upper) if found else (-np.inf, np.inf)
 
 
-def _speeds_of(walk: Walk, name: str) -> tuple[float, float]:
+def _speeds_of(walk: RepresentativeTrial, name: str) -> tuple[float, float]:
     driven = [joint.name for joint in walk.trial.robot.tree.joints if joint.servo is not None]
     servos = dict(zip(driven, walk.trial.servos, strict=False))
     if name not in servos:
@@ -76,7 +76,7 @@ def _speeds_of(walk: Walk, name: str) -> tuple[float, float]:
     return (-speed, speed)
 
 
-def joint_figure(walk: Walk) -> Figure | None:
+def joint_figure(walk: RepresentativeTrial) -> Figure | None:
     """Three joints of one walk over two cycles, one column a joint; None without a servo."""
     rows = shown_rows(walk.log)
     loads = most_loaded(walk, rows)
@@ -98,7 +98,7 @@ def joint_figure(walk: Walk) -> Figure | None:
 
 
 def _draw_joint(
-    axes: Sequence[Axes], walk: Walk, load: Load, rows: slice, time: np.ndarray
+    axes: Sequence[Axes], walk: RepresentativeTrial, load: Load, rows: slice, time: np.ndarray
 ) -> None:
     for axis, (name, _), limits in zip(axes, QUANTITIES, load.limits, strict=True):
         for start, end in runs(load.saturated):

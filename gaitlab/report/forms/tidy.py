@@ -10,7 +10,7 @@ import pandas as pd
 from gaitlab.documents.printable import csv_cell
 from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.results import ONE_ROW, Results
-from gaitlab.report.scores import Cell, Score
+from gaitlab.report.scores import Score, ScoredCell
 from gaitlab.report.variants import Value, Variant
 from gaitlab.report.words import DOES_NOT_STAND, letter
 
@@ -78,7 +78,7 @@ def _row(
     }
 
 
-def _scores(cell: Cell) -> Iterator[tuple[str, object]]:
+def _scores(cell: ScoredCell) -> Iterator[tuple[str, object]]:
     for score, end in SCORES:
         low, high = cell.interval(score) if cell.n else (None, None)
         yield f"stable{end}", cell.count(score)
@@ -89,7 +89,7 @@ def _scores(cell: Cell) -> Iterator[tuple[str, object]]:
         yield f"doubtful{end}", cell.doubtful(score)
 
 
-def _verdict(cell: Cell, score: Score) -> str | None:
+def _verdict(cell: ScoredCell, score: Score) -> str | None:
     if not cell.n:
         return None
     return letter(bool(cell.verdict(score))) if cell.stands else DOES_NOT_STAND

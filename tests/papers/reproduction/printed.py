@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gaitlab.experiment import load_experiment
-from gaitlab.experiment.reference import Place, load_reference
+from gaitlab.experiment.reference import ReferenceCell, load_reference
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections import options_of
 from gaitlab.report.results import Results
@@ -14,10 +14,10 @@ from gaitlab.store import Store
 from tests.report.builder import results_of, trial
 
 HEELS = {"eros_table7": "none", "eros_table8": "add"}
-Outcome = Callable[[str, Place, bool, int], bool]
+Outcome = Callable[[str, ReferenceCell, bool, int], bool]
 
 
-def as_printed(table: str, place: Place, stable: bool, seed: int) -> bool:
+def as_printed(table: str, place: ReferenceCell, stable: bool, seed: int) -> bool:
     """The printed verdict, whatever the seed."""
     return stable
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import cast
 
-from gaitlab.experiment.reference import Place
+from gaitlab.experiment.reference import ReferenceCell
 from gaitlab.papers.reproduction.answers import (
     Answer,
     Calibrated,
@@ -117,9 +117,12 @@ def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) ->
     at = {cell.place: cell for cell in cells}
     body = [
         [
-            f"{Place(row, '').direction} {abs(row):g}",
+            f"{ReferenceCell(row, '').direction} {abs(row):g}",
             f"{_metres(answer, row):+.3g} m",
-            *(_cell(at[Place(row, g)]) if Place(row, g) in at else NOTHING for g in grounds),
+            *(
+                _cell(at[ReferenceCell(row, g)]) if ReferenceCell(row, g) in at else NOTHING
+                for g in grounds
+            ),
         ]
         for row in rows
     ]

@@ -32,7 +32,7 @@ from gaitlab.report.comparison import difference, loud
 from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.matching import matched
 from gaitlab.report.results import Results
-from gaitlab.report.scores import Cell, efficiency_draws, interval_of, mean_percent
+from gaitlab.report.scores import ScoredCell, efficiency_draws, interval_of, mean_percent
 from gaitlab.report.variants import Variant
 from gaitlab.report.words import (
     NOTHING,
@@ -99,9 +99,9 @@ class _Compared:
         """The variant in the common table."""
         return next(v for v in self.results.variants if v.label == one.label)
 
-    def cells(self, one: Shown) -> dict[str, list[Cell]]:
+    def cells(self, one: Shown) -> dict[str, list[ScoredCell]]:
         """Scored cells of a variant by ground."""
-        found: dict[str, list[Cell]] = {}
+        found: dict[str, list[ScoredCell]] = {}
         for column in self.results.column_values:
             cells = self.results.column_cells(self.variant(one), column)
             scored = [cell for cell in cells if cell.n]
@@ -264,14 +264,14 @@ def _reach_sentence(found: _Compared) -> str:
     return f"Steps out of the legs' reach count as not stable: {told}." if told else ""
 
 
-def _efficiency(cells: Mapping[str, Sequence[Cell]]) -> str:
+def _efficiency(cells: Mapping[str, Sequence[ScoredCell]]) -> str:
     if not cells:
         return NOTHING
     columns = list(cells.values())
     return f"{percent(mean_percent(columns))} {interval(interval_of(efficiency_draws(columns)))}"
 
 
-def _count(cells: Sequence[Cell]) -> Count:
+def _count(cells: Sequence[ScoredCell]) -> Count:
     return Count(sum(cell.count() for cell in cells), sum(cell.n for cell in cells))
 
 
