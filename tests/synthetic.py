@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import ceil
 from typing import TypeAlias
 
 import numpy as np
 
 from gaitlab.log import LogHeader, TrialLog
 from gaitlab.log.columns import FEET, FSRS, columns
-from gaitlab.log.fall import fall_causes
+from gaitlab.log.fall import (
+    BODY_CONTACT_TIME,
+    HEIGHT_RATIO,
+    TILT_TIME,
+    UPRIGHT_LIMIT,
+)
 
 Course: TypeAlias = Callable[[np.ndarray], np.ndarray] | float
 """A column as a function of the time walked, in [s] since the start-up's end, or a constant."""
@@ -166,3 +172,39 @@ def _odd(name: str) -> bool:
     if name.endswith(("_qx", "_qz", "_y", "_vy")):
         return True
     return "_roll_" in name
+
+
+def _held(condition: np.ndarray, ticks: int) -> np.ndarray:
+    """Whether a condition has held for so many ticks, this one included. Shape (n,)."""
+    index = np.arange(len(condition))
+    last_break = np.maximum.accumulate(np.where(condition, -1, index))
+    return index - last_break >= ticks
+
+
+def fall_causes(
+    upright: np.ndarray,
+    body_contact: np.ndarray,
+    trunk_height: np.ndarray,
+    dt: float,
+    standing_height: float,
+) -> np.ndarray:
+    """What `FallDetector` says at each tick, for all ticks at once.
+
+    Args:
+        upright: Cosine of the trunk's tilt. Shape (n,).
+        body_contact: Whether a link other than a foot touches the ground. Shape (n,).
+        trunk_height: Height of the trunk link frame, in [m]. Shape (n,).
+        dt: Time step, in [s].
+        standing_height: Height of the trunk link frame when standing still, in [m].
+
+    Returns:
+        Cause code, 0 before the fall. Shape (n,), int8.
+    """
+    tilted = _held(np.less(upright, UPRIGHT_LIMIT), ceil(TILT_TIME / dt - 1e-6))
+    touching = _held(np.asarray(body_contact, dtype=bool), ceil(BODY_CONTACT_TIME / dt - 1e-6))
+    low = np.less(trunk_height, HEIGHT_RATIO * standing_height)
+    causes = np.select([tilted, touching, low], [1, 2, 3], 0)
+    fallen = np.flatnonzero(causes)
+    if len(fallen):
+        causes[fallen[0] :] = causes[fallen[0]]
+    return causes.astype(np.int8)

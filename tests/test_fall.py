@@ -1,4 +1,4 @@
-"""The fall rule: its three causes, its delays, and the two ways to ask for it."""
+"""The fall rule: its three causes, its delays, and tick by tick as over whole arrays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.log.columns import columns
-from gaitlab.log.fall import CAUSES, FallDetector, fall_causes
+from gaitlab.log.fall import CAUSES, FallDetector
+from tests.synthetic import fall_causes
 
 DT = 0.002
 HEIGHT = 0.3

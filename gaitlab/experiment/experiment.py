@@ -48,7 +48,6 @@ class Experiment:
         walkers: The same of every walker by what it is called; empty unless the file lists them.
         axes: What is varied; axes multiply.
         seeds: Seeds of the replicates of every cell.
-        log_every: Ticks between rows of the log.
         report: How the results are laid out.
         study: What is searched for; None for an experiment that only varies.
         design: The box that its first axis fills with points; None if the file has none.
@@ -64,7 +63,6 @@ class Experiment:
     walkers: Mapping[str, Parts]
     axes: tuple[Axis, ...]
     seeds: Sequence[int]
-    log_every: int
     report: ReportSettings
     study: Study | None = None
     design: Design | None = None

@@ -131,7 +131,6 @@ def _experiment(path: Path, tree: Node, text: str) -> Experiment:
         walkers=walkers,
         axes=axes,
         seeds=seeds,
-        log_every=sections.log.every,
         report=report,
         study=study,
         design=design,

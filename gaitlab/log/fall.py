@@ -1,4 +1,4 @@
-"""The one rule that says when a robot has fallen, a tick at a time and over whole arrays.
+"""The one rule that says when a robot has fallen.
 
 A robot has fallen when its trunk was tilted beyond 45 degrees for 0.1 s, when a link other than a
 foot lay on the ground for 0.05 s, or when the trunk is below 0.6 of its standing height. The
@@ -14,8 +14,6 @@ from __future__ import annotations
 
 from math import ceil, cos, radians
 from typing import Final
-
-import numpy as np
 
 UPRIGHT_LIMIT: Final = cos(radians(45.0))  # -, R33 below it is a tilt no open-loop walk leaves
 TILT_TIME: Final = 0.1  # s, longer than the rocking of a heel strike
@@ -69,39 +67,3 @@ class FallDetector:
         elif trunk_height < self._lowest:
             self.cause = _LOW_TRUNK
         return self.cause
-
-
-def _held(condition: np.ndarray, ticks: int) -> np.ndarray:
-    """Whether a condition has held for so many ticks, this one included. Shape (n,)."""
-    index = np.arange(len(condition))
-    last_break = np.maximum.accumulate(np.where(condition, -1, index))
-    return index - last_break >= ticks
-
-
-def fall_causes(
-    upright: np.ndarray,
-    body_contact: np.ndarray,
-    trunk_height: np.ndarray,
-    dt: float,
-    standing_height: float,
-) -> np.ndarray:
-    """What `FallDetector` says at each tick.
-
-    Args:
-        upright: Cosine of the trunk's tilt. Shape (n,).
-        body_contact: Whether a link other than a foot touches the ground. Shape (n,).
-        trunk_height: Height of the trunk link frame, in [m]. Shape (n,).
-        dt: Time step, in [s].
-        standing_height: Height of the trunk link frame when standing still, in [m].
-
-    Returns:
-        Cause code, 0 before the fall. Shape (n,), int8.
-    """
-    tilted = _held(np.less(upright, UPRIGHT_LIMIT), _ticks(TILT_TIME, dt))
-    touching = _held(np.asarray(body_contact, dtype=bool), _ticks(BODY_CONTACT_TIME, dt))
-    low = np.less(trunk_height, HEIGHT_RATIO * standing_height)
-    causes = np.select([tilted, touching, low], [_TILT, _BODY_CONTACT, _LOW_TRUNK], 0)
-    fallen = np.flatnonzero(causes)
-    if len(fallen):
-        causes[fallen[0] :] = causes[fallen[0]]
-    return causes.astype(np.int8)
