@@ -21,7 +21,7 @@ from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.simulation.engine import TickState
 from gaitlab.simulation.loop import Loop, loop_of
-from gaitlab.trial import plugin
+from gaitlab.simulation.trial import plugin
 
 
 def swaying(tick: int) -> TickState:

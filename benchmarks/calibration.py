@@ -29,9 +29,9 @@ from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.model.settings import Horizon
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Trial
 
 LADDER = (0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, -0.04, -0.08)  # m
 SEARCH = (("carpet_4mm", 1000), ("hard_floor", 1001), ("carpet_4mm", 1002))  # surface and seed

@@ -21,7 +21,7 @@ import numpy as np
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.metrics import measure
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 
 SURFACES = ("carpet_4mm", "grass_30mm")
 FINEST = (1e-3, 200)

@@ -28,12 +28,12 @@ from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.model import Robot
 from gaitlab.running.run_trial import run_trial
-from gaitlab.simulation import engine_for
 from gaitlab.simulation.bullet import GROUND, OTHERS, SHELL, Indices, let_legs_meet, links
 from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.simulate import engine_for
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import Store
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Trial
 
 
 def walking_trial(surface: str, seed: int) -> Trial:

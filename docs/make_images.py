@@ -15,7 +15,7 @@ from gaitlab.render import Recorded, cut_of, write_replay
 from gaitlab.render.figure_style import save
 from gaitlab.render.portrait import portrait
 from gaitlab.render.robot import stance_at
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 
 FOLDER = Path(__file__).parent / "images"
 SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[0]"]

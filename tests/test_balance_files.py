@@ -15,8 +15,8 @@ from gaitlab.experiment.plan import plan
 from gaitlab.parameters import get_path, parameter_table, set_path
 from gaitlab.report.variants import label_of
 from gaitlab.running.basis import basis
+from gaitlab.simulation.trial import Trial
 from gaitlab.store.entry import entry
-from gaitlab.trial import Trial
 from tests import recorded
 
 OPEN = """\

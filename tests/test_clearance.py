@@ -31,7 +31,7 @@ from gaitlab.model.settings import Spread
 from gaitlab.plugins import locate, names
 from gaitlab.robots.eros import Robot
 from gaitlab.running.run_trial import run_trial
-from gaitlab.simulation import engine_for, simulate
+from gaitlab.simulation.simulate import engine_for, simulate
 from tests.trials import trial as eros
 
 lengths = st.floats(0.01, 0.3)

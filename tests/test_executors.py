@@ -18,9 +18,8 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import StoreError
-from gaitlab.running.executor import Executor, Job, Outcome
+from gaitlab.running.executor import Executor, Job, Outcome, Serial
 from gaitlab.running.processes import Processes
-from gaitlab.running.serial import Serial
 from gaitlab.store import TrialRecord
 from tests import recorded
 

@@ -9,7 +9,7 @@ import pytest
 
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
-from gaitlab.trial import PHYSICS_VERSION
+from gaitlab.simulation.trial import PHYSICS_VERSION
 
 EXPERIMENTS = Path(__file__).parent.parent / "experiments"
 FROZEN = EXPERIMENTS / "eros_frozen.yaml"

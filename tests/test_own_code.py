@@ -17,7 +17,7 @@ from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.plugins import load_class, user_code
 from gaitlab.running.run_trial import run_trial
-from gaitlab.trial import Trial
+from gaitlab.simulation.trial import Trial
 
 HEAD = """\
 import dataclasses

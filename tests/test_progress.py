@@ -16,8 +16,7 @@ import pytest
 from rich.console import Console
 
 from gaitlab.cli import run_command_line
-from gaitlab.cli.events import COUNTS
-from gaitlab.cli.progress import Bar, Lines, Messages, progress, told
+from gaitlab.cli.progress import COUNTS, Bar, Lines, Messages, progress, told
 from gaitlab.running import Ended, Silent, Started, Summary, dispatch
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_well
@@ -177,7 +176,7 @@ def test_a_run_with_nothing_to_do_starts_and_ends(events) -> None:
 
 
 def test_minutes_of_the_stream_carry_the_time_left(capfd: pytest.CaptureFixture[str]) -> None:
-    from gaitlab.cli.events import JsonLines
+    from gaitlab.cli.progress import JsonLines
 
     clock = Clock()
     stream = JsonLines(clock)

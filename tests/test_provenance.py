@@ -17,8 +17,8 @@ from gaitlab.running import provenance
 LOADED = """
 import json, sys
 from gaitlab.metrics import measure
-from gaitlab.simulation import simulate
-from gaitlab.trial import Trial
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial
 for trial in json.load(sys.stdin):
     measure(simulate(Trial.from_dict(trial)))
 print(json.dumps([getattr(module, "__file__", None) or "" for module in sys.modules.values()]))

@@ -17,9 +17,9 @@ from gaitlab.running.executor import Job
 from gaitlab.running.processes import Processes
 from gaitlab.running.run_trial import run_trial
 from gaitlab.running.worker import simulated
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import Store
 from gaitlab.store.parquet import columns_sha256
-from gaitlab.trial import Trial
 
 EXPERIMENT = Path(__file__).parent / "data" / "pretended.yaml"
 

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab import trial as trial_module
 from gaitlab.errors import UnknownName, WrongValue
 from gaitlab.parameters import (
     Parameter,
@@ -27,8 +26,9 @@ from gaitlab.parameters import (
 )
 from gaitlab.plugins import load_class
 from gaitlab.servos.files import load_servo
+from gaitlab.simulation import trial as trial_module
+from gaitlab.simulation.trial import Names, Trial, plugin
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Names, Trial, plugin
 from tests.trials import trial as shipped_trial
 from tests.written import GAIT
 
@@ -102,7 +102,7 @@ def test_a_trial_survives_json(folder: Path, surface: str) -> None:
 
 def test_another_process_rebuilds_the_same_trial(trial: Trial) -> None:
     program = (
-        "import json, sys\nfrom gaitlab.trial import Trial\n"
+        "import json, sys\nfrom gaitlab.simulation.trial import Trial\n"
         "print(Trial.from_dict(json.load(sys.stdin)).id)"
     )
     done = subprocess.run(

@@ -6,7 +6,7 @@ from gaitlab.errors import FileError
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.running.basis import basis
-from gaitlab.trial import Trial
+from gaitlab.simulation.trial import Trial
 
 WALKERS = """\
 walkers:

@@ -8,8 +8,8 @@ from gaitlab.gaits.eros import Gait
 from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.robots.eros import Robot
 from gaitlab.servos.files import load_servo
+from gaitlab.simulation.trial import Names, Trial, plugin
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Names, Trial, plugin
 
 STILL = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=0.0)
 

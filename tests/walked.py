@@ -6,9 +6,9 @@ from functools import cache
 from pathlib import Path
 
 from gaitlab.log import TrialLog
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import Store, TrialRecord
-from gaitlab.trial import Trial
 from tests.trials import trial
 
 

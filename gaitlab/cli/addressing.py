@@ -10,10 +10,10 @@ from gaitlab.cli.printing import columns, number, tell
 from gaitlab.errors import UnknownName, WrongValue
 
 if TYPE_CHECKING:
+    from gaitlab.simulation.trial import Trial
     from gaitlab.store import Store
     from gaitlab.store.entry import Entry
     from gaitlab.store.record import Scalar, TrialRecord
-    from gaitlab.trial import Trial
 
 ADDRESS = "First digits of a trial, EXPERIMENT/VALUE/.../SEED, or EXPERIMENT/.../worst or best."
 HEX = re.compile(r"[0-9a-fA-F]{4,32}")
@@ -60,7 +60,7 @@ def trial_of(store: Store, record: TrialRecord, *, allow_code: bool) -> Trial:
         WrongValue: If it may not, or the trial cannot be made any more.
     """
     from gaitlab.experiment.named_code import named_code, refusal, unnamed_code
-    from gaitlab.trial import Trial, own_code
+    from gaitlab.simulation.trial import Trial, own_code
 
     if own_code(record.trial):
         files = unnamed_code(record.trial, named_code(store.path))

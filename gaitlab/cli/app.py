@@ -17,13 +17,13 @@ from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
 from gaitlab.cli.exporting import export
 from gaitlab.cli.gate import baseline, check
-from gaitlab.cli.keeping import merge, verify
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
 from gaitlab.cli.printing import say, tell
 from gaitlab.cli.replaying import replay
 from gaitlab.cli.results import QueryCommand, query, report, status
 from gaitlab.cli.running import run
+from gaitlab.cli.stores import merge, verify
 from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
 

@@ -1,9 +1,16 @@
-"""How far a run is: a bar on a terminal, a line a minute elsewhere. Always on stderr."""
+"""How far a run is: a bar on a terminal, a line a minute elsewhere, or a JSON object an event.
+
+For people always on stderr, for programs (`--json-lines`) on stdout.
+"""
 
 from __future__ import annotations
 
+import json
+import os
+import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -12,7 +19,6 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
-from gaitlab.cli.terminal import moving_terminal
 from gaitlab.documents.printable import visible
 from gaitlab.running import Ended, Progress, Silent, Started, Summary
 
@@ -175,3 +181,74 @@ def _remaining(summary: Summary, since: float) -> str:
     if summary.time_left is None or not summary.left:
         return ""
     return f"{duration(max(0.0, summary.time_left - since))} left"
+
+
+def moving_terminal() -> Console | None:
+    """A console on stderr that can redraw; None for files, pipes and dumb terminals."""
+    console = Console(stderr=True)
+    terminal = sys.stderr is not None and sys.stderr.isatty()
+    return console if terminal and not console.is_dumb_terminal else None
+
+
+COUNTS = (
+    *("planned", "cached", "done", "infeasible", "failed", "newly_failed"),
+    *("falls", "fell_standing"),
+)
+
+
+def summary_object(summary: Summary) -> dict[str, object]:
+    """What `--json` prints of a run."""
+    rest = {"seconds": round(summary.seconds, 3), "interrupted": summary.interrupted}
+    return {**_numbers(summary), **rest}
+
+
+def end_line(summary: Summary) -> str:
+    """The last line of a run."""
+    return json.dumps({"event": "end", **summary_object(summary)})
+
+
+class JsonLines(Silent):
+    """Writes an event a line, each at once and whole.
+
+    Args:
+        clock: Gives the time, in [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._last = clock, clock()
+        # Its own way out, because others' output is kept from stdout while trials run.
+        self._file = os.dup(1) if sys.stdout is not None else os.open(os.devnull, os.O_WRONLY)
+
+    def start(self, summary: Summary) -> None:
+        """The plan is known."""
+        self._write("start", _numbers(summary))
+
+    def ended(self, trial: Ended) -> None:
+        """A trial has ended."""
+        found = {"id": trial.trial_id, "state": trial.state, "stable": trial.stable}
+        where = {"cell": dict(trial.cell), "seed": trial.seed, "reason": trial.reason}
+        self._write("trial", {**found, **where})
+
+    def update(self, summary: Summary) -> None:
+        """The counts, if it is time."""
+        if self._clock() - self._last >= MINUTE:
+            self._last = self._clock()
+            left = summary.time_left
+            rounded = None if left is None else round(left, 1)
+            self._write("minute", {**_numbers(summary), "time_left": rounded})
+
+    def message(self, text: str) -> None:
+        """Something the user should know now."""
+        self._write("message", {"text": text})
+
+    def finish(self, summary: Summary) -> None:
+        """Close the way out; the command itself writes the end."""
+        os.close(self._file)
+
+    def _write(self, event: str, content: Mapping[str, object]) -> None:
+        with suppress(BrokenPipeError):  # who read it has gone; the run goes on
+            os.write(self._file, f"{json.dumps({'event': event, **content})}\n".encode())
+
+
+def _numbers(summary: Summary) -> dict[str, object]:
+    return {name: getattr(summary, name) for name in COUNTS}

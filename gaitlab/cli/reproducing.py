@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from gaitlab.cli.common import (
     INTERRUPTED,
     SOME_FAILED,
+    plan_object,
     refuse_large,
     summary_text,
     tell_reasons,
     told_of,
 )
-from gaitlab.cli.events import end_line, summary_object
-from gaitlab.cli.plan_text import plan_object
 from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
+from gaitlab.cli.progress import end_line, summary_object
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan

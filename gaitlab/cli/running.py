@@ -11,6 +11,7 @@ from gaitlab.cli.common import (
     INTERRUPTED,
     SOME_FAILED,
     arguments_of,
+    plan_text,
     refuse_large,
     refuse_quick,
     summary_text,
@@ -28,7 +29,6 @@ from gaitlab.cli.options import (
     Settings,
     StoreFolder,
 )
-from gaitlab.cli.plan_text import plan_text
 from gaitlab.cli.printing import (
     other_output_on_stderr,
     say,
@@ -126,7 +126,7 @@ def run(
 
 def _outcome(summary: Summary, arguments: str, as_json: bool, json_lines: bool) -> str:
     """What stdout ends with."""
-    from gaitlab.cli.events import end_line, summary_object
+    from gaitlab.cli.progress import end_line, summary_object
 
     if json_lines:
         return end_line(summary)

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
-from gaitlab.cli.terminal import moving_terminal
+from gaitlab.cli.progress import moving_terminal
 from gaitlab.documents.printable import visible
 from gaitlab.metrics import lookup
 from gaitlab.search import Candidate, History

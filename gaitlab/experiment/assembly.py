@@ -44,9 +44,9 @@ from gaitlab.plugins import (
     names,
     suggestion,
 )
+from gaitlab.simulation.trial import Plugin, plugin
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Plugin, plugin
 
 
 def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:

@@ -22,7 +22,7 @@ from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.experiment.study import Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
 from gaitlab.plugins import forget_user_code, locate, names
-from gaitlab.trial import Plugin
+from gaitlab.simulation.trial import Plugin
 
 REPRODUCTION = "reproduction"  # key of a file that is no experiment
 STUDY = re.compile(r"^study\s*:", re.MULTILINE)

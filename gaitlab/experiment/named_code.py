@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from gaitlab.documents import Node, load
 from gaitlab.errors import FileError, GaitlabError
 from gaitlab.plugins import SUFFIXES, folders, locate
-from gaitlab.trial import Plugin, own_code
+from gaitlab.simulation.trial import Plugin, own_code
 
 Named: TypeAlias = Container[tuple[str, str | None]]  # file and SHA-256 of its text
 SUFFIX = ".py"

@@ -24,8 +24,8 @@ from gaitlab.model.settings import EngineSettings, Horizon, Spread
 from gaitlab.parameters import Parameter, get_path, parameter_table
 from gaitlab.plugins import is_file_name, label, locate, names, nearest, suggestion
 from gaitlab.servos.files import load_servo
+from gaitlab.simulation.trial import Plugin
 from gaitlab.surfaces import Surface
-from gaitlab.trial import Plugin
 
 T = TypeVar("T")
 Value = bool | int | float | str

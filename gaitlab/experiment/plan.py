@@ -23,7 +23,7 @@ from gaitlab.model.gait import Gait
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import Horizon
 from gaitlab.plugins import label
-from gaitlab.trial import Names, Trial
+from gaitlab.simulation.trial import Names, Trial
 
 SAMPLED_CELLS = 32  # cells whose duration stands for all
 

@@ -32,9 +32,9 @@ from gaitlab.papers.page import (
 from gaitlab.papers.printed import rows as rows_of
 from gaitlab.robots.flow import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Names, Trial, plugin
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Names, Trial, plugin
 
 MODELS: tuple[Literal["serial"], Literal["geared"]] = ("serial", "geared")  # of the parallelograms
 SURFACE = "carpet_4mm"

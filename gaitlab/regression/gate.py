@@ -15,8 +15,8 @@ from gaitlab.regression.baseline import NEW, Baseline, Walk
 from gaitlab.regression.falls import Falls, falls
 from gaitlab.regression.matching import MatchedWalks, matched
 from gaitlab.regression.quantities import COARSEST, Quantity, noticed, tested, too_few
+from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import listed
-from gaitlab.trial import PHYSICS_VERSION
 
 WORSE = 5  # exit code
 ROUNDING = 1e-9  # relative; another processor may sum a metric in another order

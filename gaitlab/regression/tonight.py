@@ -13,10 +13,10 @@ from gaitlab.metrics import lookup
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
 from gaitlab.running.basis import basis
 from gaitlab.running.provenance import code_digest
+from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import Index, Listed, Scalar, Store, listed
 from gaitlab.store.entry import Details
 from gaitlab.store.record import finite
-from gaitlab.trial import PHYSICS_VERSION
 
 TOLD = (  # of the provenance: what the bits of a log depend on, and what helps to find a change
     "gaitlab_version",

@@ -18,8 +18,8 @@ from gaitlab.log.fall import CAUSES
 from gaitlab.model import LinkPoses, Tree
 from gaitlab.render.lawn import PressingSole
 from gaitlab.render.robot import robot_faces
+from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.surface import Surface
-from gaitlab.trial import Trial
 
 FIRST = np.array([0])  # the tick at which the robot stands
 CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway

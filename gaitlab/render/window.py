@@ -51,8 +51,8 @@ def play(shown: Recorded, cut: Cut) -> None:
 
 
 def _play(described: Mapping[str, object], log: TrialLog, cut: Cut) -> None:
+    from gaitlab.simulation.trial import Trial
     from gaitlab.simulation.window import Window
-    from gaitlab.trial import Trial
 
     trial = Trial.from_dict(described)
     clock = log["time"] - log.header.startup_time

@@ -1,4 +1,8 @@
-"""Reports: what experiments found, as a page of Markdown with figures beside it."""
+"""Pages of what experiments and studies found: Markdown with figures beside it, and other forms.
+
+Numbers come from the rooms that compute them (`statistics`, `search`, `store`); what knows a paper
+is in `gaitlab.papers`.
+"""
 
 from __future__ import annotations
 

@@ -24,10 +24,10 @@ from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
 from gaitlab.report.words import NOTHING, plural, surface_text
+from gaitlab.simulation.trial import Trial
 from gaitlab.statistics import Contrast, Side, contrast, judged, match, runs_of
 from gaitlab.store import Store
 from gaitlab.surfaces.tipping import settled, tipping_ratio
-from gaitlab.trial import Trial
 
 GOOD_MARGIN = 0.005  # m, ZMP inside the support polygon; the last millimetres are impact noise
 GOOD_TILT = cos(radians(20.0))  # -, R33; walks that stay up hardly ever lean farther

@@ -17,8 +17,8 @@ from gaitlab.parameters import values
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
 from gaitlab.report.words import plural
+from gaitlab.simulation.trial import CODED, Plugin, Trial
 from gaitlab.store import Store
-from gaitlab.trial import CODED, Plugin, Trial
 
 MOST_TRIALS = 1_000_000  # planned ones; a table beyond it fits no page
 EXPERIMENT = "experiment"  # column of the trials; a variant where nothing else differs

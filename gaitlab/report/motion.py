@@ -21,7 +21,7 @@ from gaitlab.report.representative import RepresentativeTrial, representative_ce
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Value
 from gaitlab.report.words import place_text, surface_text
-from gaitlab.trial import Trial
+from gaitlab.simulation.trial import Trial
 
 FRAMES = 5
 BEFORE = 1.0  # s, first frame before the fall is established; most falls take less

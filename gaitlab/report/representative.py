@@ -11,7 +11,7 @@ from gaitlab.log import TrialLog
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
 from gaitlab.report.variants import Value, Variant
-from gaitlab.trial import Trial
+from gaitlab.simulation.trial import Trial
 
 MOST_WALKS = 2  # variants whose walks are drawn, side by side
 

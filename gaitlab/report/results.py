@@ -11,7 +11,7 @@ import pandas as pd
 from gaitlab.log import TrialLog
 from gaitlab.report.scores import EMPTY, ScoredCell, cell_of
 from gaitlab.report.variants import Value, Variant
-from gaitlab.trial import Trial
+from gaitlab.simulation.trial import Trial
 
 ONE_ROW = "all"  # column of a table whose rows are not asked for
 

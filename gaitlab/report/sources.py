@@ -23,9 +23,9 @@ from gaitlab.report.provenance import (
 )
 from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
+from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from gaitlab.store import Store
 from gaitlab.surfaces import Surface
-from gaitlab.trial import PHYSICS_VERSION, Trial
 
 PROVENANCE = (
     *("gaitlab_version", "pybullet_version", "numpy_version", "numba_version", "python_version"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 
-import gaitlab.trial
+import gaitlab.simulation.trial
 from gaitlab.experiment import Experiment, Parts
 from gaitlab.parameters import canonical_json, values
 from gaitlab.store import Listed, TrialList
@@ -31,7 +31,7 @@ def basis(experiment: Experiment) -> dict[str, str]:
         },
     }
     digests = {name: _digest(content) for name, content in owners.items()}
-    return {**digests, "physics version": str(gaitlab.trial.PHYSICS_VERSION)}
+    return {**digests, "physics version": str(gaitlab.simulation.trial.PHYSICS_VERSION)}
 
 
 def _shared(walkers: Sequence[Mapping[str, object]]) -> dict[str, object]:

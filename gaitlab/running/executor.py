@@ -1,4 +1,4 @@
-"""What goes into an executor and what comes out."""
+"""What goes into an executor and what comes out, and the one that runs in this process."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from gaitlab.running.worker import Task
 from gaitlab.store import TrialRecord
 
 
@@ -53,3 +54,23 @@ class Executor(Protocol):
     @property
     def running(self) -> int:
         """Jobs in flight."""
+
+
+class Serial:
+    """One trial after another in this process: for looking at a trial in a debugger."""
+
+    def __init__(self, task: Task) -> None:
+        self._task, self._draining, self.running = task, False, 0
+
+    def run(self, jobs: Iterable[Job]) -> Generator[Outcome, None, None]:
+        """Run the jobs in their order."""
+        waiting = iter(jobs)
+        while not self._draining and (job := next(waiting, None)) is not None:
+            self.running = 1
+            record = self._task(job.trial_id, job.trial)
+            self.running = 0
+            yield Outcome(job=job, record=record)
+
+    def drain(self) -> None:
+        """Stop after the job that runs."""
+        self._draining = True

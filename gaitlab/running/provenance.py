@@ -17,7 +17,10 @@ from pathlib import Path
 from gaitlab.plugins import IN_PACKAGE, SUFFIXES
 
 PACKAGE = Path(__file__).parent.parent
-NUMBERS = ("simulation", "metrics")  # what makes a trial's numbers, with all that they import
+NUMBERS = (
+    "simulation.simulate",
+    "metrics",
+)  # what makes numbers, with all they import
 TABLE = ".csv"  # numbers that a robot, gait or servo reads from beside its file
 CPUINFO = Path("/proc/cpuinfo")  # where Linux names the processor
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial

@@ -13,9 +13,9 @@ from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
 from gaitlab.plugins import label
 from gaitlab.running.provenance import provenance
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import Scalar, State, Store, TrialRecord
-from gaitlab.trial import Trial
 
 TRACEBACK_LINES = 12  # of a failed trial's traceback, kept in its reason
 

@@ -15,12 +15,11 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.running.executor import Executor, Job, Outcome
+from gaitlab.running.executor import Executor, Job, Outcome, Serial
 from gaitlab.running.forecast import Forecast, Kind
 from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, standings
 from gaitlab.running.processes import Processes
 from gaitlab.running.provenance import provenance
-from gaitlab.running.serial import Serial
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Careful, Ended, Progress, Silent, Started, Summary
 from gaitlab.running.worker import simulated

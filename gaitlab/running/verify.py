@@ -10,16 +10,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import gaitlab.trial
+import gaitlab.simulation.trial
 from gaitlab.errors import StoreError
 from gaitlab.experiment.named_code import named_code, refusal, unnamed_code
-from gaitlab.running.executor import Job, Outcome
+from gaitlab.running.executor import Job, Outcome, Serial
 from gaitlab.running.processes import Processes
-from gaitlab.running.serial import Serial
 from gaitlab.running.sweep import TIMEOUT, TIMEOUT_RATIO
 from gaitlab.running.worker import simulated
+from gaitlab.simulation.trial import own_code
 from gaitlab.store import Store, TrialRecord, Unreadable, fingerprint
-from gaitlab.trial import own_code
 
 LONGEST = 3600.0  # s, the longest horizon of an experiment
 RERUN_STATES = ("DONE", "INFEASIBLE")  # a failure need not repeat itself
@@ -96,7 +95,7 @@ def _repeat(
 ) -> tuple[int, list[str], list[str]]:
     """Count of trials that gave the same bits, messages on those that did not, on those skipped."""
     records = {trial_id: store.record(trial_id) for trial_id in chosen}
-    now = gaitlab.trial.PHYSICS_VERSION
+    now = gaitlab.simulation.trial.PHYSICS_VERSION
     old = [i for i, record in records.items() if record.trial.get("physics_version") != now]
     skipped = [f"{i}: of another physics version than {now}" for i in old]
     unnamed = _unnamed(store, [record for i, record in records.items() if i not in old])

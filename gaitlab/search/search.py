@@ -19,9 +19,8 @@ from typing import Literal, TypeAlias
 from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
 from gaitlab.running.basis import basis
-from gaitlab.running.executor import Executor
+from gaitlab.running.executor import Executor, Serial
 from gaitlab.running.processes import Processes
-from gaitlab.running.serial import Serial
 from gaitlab.running.signals import stoppable
 from gaitlab.running.worker import simulated
 from gaitlab.search import heartbeat

@@ -12,7 +12,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.imu import Readings
 from gaitlab.model.randomness import randomness
 from gaitlab.simulation.engine import TickState
-from gaitlab.trial import Trial
+from gaitlab.simulation.trial import Trial
 
 
 class Loop(Protocol):

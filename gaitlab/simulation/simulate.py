@@ -27,8 +27,8 @@ from gaitlab.simulation.columns import log_of
 from gaitlab.simulation.engine import Engine, TickState
 from gaitlab.simulation.loop import Loop, loop_of
 from gaitlab.simulation.recording import Recording
+from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.tipping import settled
-from gaitlab.trial import Trial
 
 SMALL = 1e-4  # m, by which soles are moved to see how legs bend
 

@@ -1,4 +1,7 @@
-"""Shares and means with their uncertainty, tests between two treatments, and what n can tell."""
+"""Shares and means with their uncertainty, tests between two treatments, and what n can tell.
+
+The only pairing by seed and the only verdict are in `compare`. No robot and no page is known.
+"""
 
 from gaitlab.statistics.clusters import clustered_rank_sum, sign_flip
 from gaitlab.statistics.compare import (

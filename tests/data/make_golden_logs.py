@@ -21,8 +21,8 @@ from gaitlab.log import TrialLog
 from gaitlab.model.gait import FeetPoses, Gait, first_step
 from gaitlab.model.settings import Horizon
 from gaitlab.plugins import names
-from gaitlab.simulation import simulate
-from gaitlab.trial import PHYSICS_VERSION, Trial
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 
 FILE = Path(__file__).with_name("golden_logs.json")
 INSTANTS = (0.01, 0.05, 0.1, 0.15, 0.2)  # s

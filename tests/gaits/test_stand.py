@@ -16,8 +16,8 @@ from gaitlab.gaits.eros import Gait as Walk
 from gaitlab.gaits.stand import Gait
 from gaitlab.model.commands import joint_commands
 from gaitlab.model.gait import SHAPES, first_step
-from gaitlab.simulation import simulate
-from gaitlab.trial import Trial
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial
 from tests.trials import trial
 
 GROUNDS = "surfaces: [hard_floor]\nseeds: 1\nhorizon: {cycles: 1, time: 0.3}\n"

@@ -12,8 +12,8 @@ import numpy as np
 
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
 from gaitlab.running.provenance import code_digest
+from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import Store, TrialRecord
-from gaitlab.trial import PHYSICS_VERSION
 from tests import recorded
 
 FILE = Path(__file__).parent / "edge.yaml"

@@ -9,7 +9,7 @@ import pytest
 
 from gaitlab.errors import Undecided
 from gaitlab.regression import read_baseline, write_baseline
-from gaitlab.trial import PHYSICS_VERSION as NOW
+from gaitlab.simulation.trial import PHYSICS_VERSION as NOW
 from tests.regression.nights import night
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import gaitlab.trial
+import gaitlab.simulation.trial
 from gaitlab.cli import run_command_line
 from gaitlab.regression import read_baseline, write_baseline
 from gaitlab.store import Store
@@ -155,7 +155,7 @@ def test_a_baseline_of_something_else_is_exit_6_before_anything_walks(based, cha
 
 def test_a_new_physics_version_asks_for_a_new_baseline(based, monkeypatch):
     monkeypatch.setattr(
-        "gaitlab.regression.gate.PHYSICS_VERSION", gaitlab.trial.PHYSICS_VERSION + 1
+        "gaitlab.regression.gate.PHYSICS_VERSION", gaitlab.simulation.trial.PHYSICS_VERSION + 1
     )
     done = based(*CHECK)
     assert done.code == 6

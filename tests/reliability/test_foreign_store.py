@@ -25,9 +25,9 @@ from gaitlab.cli import run_command_line
 from gaitlab.errors import StoreError, UnknownName, WrongValue
 from gaitlab.experiment.named_code import named_code, unnamed_code
 from gaitlab.report.gather import gather
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import Store, TrialRecord, parquet
 from gaitlab.store.record import canonical
-from gaitlab.trial import Trial
 from tests import recorded
 from tests.reliability import sweeps
 from tests.trials import trial

@@ -80,7 +80,7 @@ def test_the_reason_outlives_an_interrupted_run(store: Store, lawns: Path) -> No
 
 def test_a_new_physics_version_is_named(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     sweeps.run(store, *sweeps.SMALL)
-    monkeypatch.setattr("gaitlab.trial.PHYSICS_VERSION", 1000)
+    monkeypatch.setattr("gaitlab.simulation.trial.PHYSICS_VERSION", 1000)
     assert due(store) == {"physics version changed": CELLS}
 
 

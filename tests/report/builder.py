@@ -17,8 +17,8 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.soles import Sole
 from gaitlab.report.results import Results
 from gaitlab.report.variants import PLAIN, Variant, find_variants
+from gaitlab.simulation.trial import Names, Plugin, Trial
 from gaitlab.surfaces import TuftedPile
-from gaitlab.trial import Names, Plugin, Trial
 
 SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 STEPS = (0.0, 0.04, 0.08, -0.04)

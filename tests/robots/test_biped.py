@@ -22,9 +22,9 @@ from gaitlab.model.settings import EngineSettings, Horizon
 from gaitlab.parameters import get_path, parameters
 from gaitlab.robots.biped import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Names, Trial, plugin
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Names, Trial, plugin
 from tests.trials import STILL
 
 ROBOT = Robot()

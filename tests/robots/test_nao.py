@@ -16,9 +16,9 @@ from gaitlab.parameters import parameters, set_path
 from gaitlab.robots import nao
 from gaitlab.robots.nao import Robot
 from gaitlab.servos.files import load_servo
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Names, Trial, plugin
 from gaitlab.surfaces.files import load_surface
-from gaitlab.trial import Names, Trial, plugin
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "nao.json").read_text())
 ROBOT: RobotProtocol = Robot()

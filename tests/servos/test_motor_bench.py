@@ -25,7 +25,6 @@ from gaitlab.plugins import names
 from gaitlab.servos.bank import ServoBank
 from gaitlab.servos.files import load_servo
 from gaitlab.servos.law import torque_limit
-from gaitlab.simulation import simulate
 from gaitlab.simulation.bullet import (
     VELOCITY_CONTROL,
     WORLD_FRAME,
@@ -36,6 +35,7 @@ from gaitlab.simulation.bullet import (
     new_world,
     pybullet,
 )
+from gaitlab.simulation.simulate import simulate
 
 SERVOS = tuple(names("servo"))
 RATIOS = (0.05, 1.0, 15.0, 60.0)  # damping dt / inertia at 2 ms; no shipped joint has more than 50

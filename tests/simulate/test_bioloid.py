@@ -7,7 +7,7 @@ from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.model.settings import Horizon
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 
 
 @pytest.mark.parametrize("surface", ["hard_floor", "carpet_4mm"])

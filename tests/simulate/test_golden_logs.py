@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitlab.trial import PHYSICS_VERSION, Trial
+from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from tests.data.make_golden_logs import FILE, agreeing, ids, moved, numbers, trials
 
 STORED = json.loads(FILE.read_text(encoding="utf-8"))

@@ -11,8 +11,8 @@ from gaitlab.balance.ankle_hip import JOINTS, Balance
 from gaitlab.log import TrialLog
 from gaitlab.model.imu import Imu
 from gaitlab.model.randomness import randomness
-from gaitlab.simulation import simulate
-from gaitlab.trial import Trial, plugin
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial, plugin
 from tests.trials import STILL, standing, trial
 
 STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "stand_time": 0.2}

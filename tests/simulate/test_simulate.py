@@ -17,7 +17,7 @@ from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import GRAVITY, TrialLog
 from gaitlab.log.columns import columns
 from gaitlab.model.settings import Horizon
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 from tests.trials import STILL, standing, trial
 
 SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm", "hard_floor", "webots_grass")
@@ -25,8 +25,8 @@ STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "st
 
 DIGEST = """
 import hashlib, json, sys
-from gaitlab.simulation import simulate
-from gaitlab.trial import Trial
+from gaitlab.simulation.simulate import simulate
+from gaitlab.simulation.trial import Trial
 log = simulate(Trial.from_dict(json.load(sys.stdin)))
 print(hashlib.sha256(b"".join(a.tobytes() for a in log.arrays.values())).hexdigest())
 """

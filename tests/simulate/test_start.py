@@ -17,8 +17,8 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.randomness import randomness
 from gaitlab.model.settings import Spread
 from gaitlab.servos.law import stiffness
-from gaitlab.simulation import engine_for, start_of
-from gaitlab.trial import Trial
+from gaitlab.simulation.simulate import engine_for, start_of
+from gaitlab.simulation.trial import Trial
 from tests.trials import trial as eros
 
 TRIALS = {

@@ -26,7 +26,7 @@ from gaitlab.log import TrialLog
 from gaitlab.metrics.balance import pitch_amplitude, roll_amplitude
 from gaitlab.metrics.joints import rms_torque
 from gaitlab.model.settings import Horizon
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 from tests.data.make_golden_logs import trials
 
 

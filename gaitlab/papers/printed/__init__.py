@@ -1,4 +1,4 @@
-"""Tables as papers print them; see the README beside this file."""
+"""Tables as papers print them; see the README beside this file. Read here, judged by the audits."""
 
 from __future__ import annotations
 

@@ -30,8 +30,8 @@ from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
 from gaitlab.report.sources import records
 from gaitlab.report.words import plural
+from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import Store
-from gaitlab.trial import PHYSICS_VERSION
 
 REPORTS = Path("reports")
 WALKED = "walked_time"  # metric of a trial, in [s]

@@ -1,4 +1,4 @@
-"""A trial in the file formats of other tools."""
+"""A trial in the file formats of other tools. Films of it are in `gaitlab.render`."""
 
 from gaitlab.render.export.export import FORMATS, ExportedTrial, Format, write_export
 

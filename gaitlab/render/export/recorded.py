@@ -10,8 +10,8 @@ import numpy as np
 from gaitlab.kinematics.transforms import quaternion_of, rotation_of
 from gaitlab.log import TrialLog
 from gaitlab.model import LinkPoses
+from gaitlab.simulation.trial import Trial
 from gaitlab.store.record import TrialRecord
-from gaitlab.trial import Trial
 
 NANOSECONDS = 1e9  # in a second
 

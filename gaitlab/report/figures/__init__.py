@@ -1,4 +1,4 @@
-"""The figures of a report, one file each; they draw what they are given and choose nothing."""
+"""The figures of a report, one file each. They draw what they are given and choose nothing."""
 
 from gaitlab.render.figure_style import DARK
 

@@ -1,4 +1,6 @@
-"""The forms of a page beside Markdown: one file of HTML, tables in LaTeX and CSV."""
+"""The forms of a page beside Markdown: one file of HTML, tables in LaTeX and CSV. No number is
+made here.
+"""
 
 from gaitlab.report.forms.html import html_page, write_html
 from gaitlab.report.forms.tables import write_tables

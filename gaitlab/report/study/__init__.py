@@ -1,1 +1,3 @@
-"""The report of a study: what its search found, and what was walked again to check it."""
+"""The page of a study: what its search found, and what was walked again. Racing and validation are
+in `gaitlab.search`.
+"""

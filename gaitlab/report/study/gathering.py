@@ -30,8 +30,8 @@ from gaitlab.search.fresh import (
 )
 from gaitlab.search.sampling import importance
 from gaitlab.search.validation import Validation, validate, walk_nothing
+from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import Index, Store
-from gaitlab.trial import PHYSICS_VERSION
 
 REPORTS = Path("reports")
 LEAST = 8  # candidates; importance of fewer is noise
