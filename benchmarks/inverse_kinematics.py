@@ -11,8 +11,9 @@ from time import perf_counter
 
 import numpy as np
 
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
+from gaitlab.robots.eros import LegGeometry
 
 BATCH = 4000  # targets; a few hundred kB of arrays
 REPEATS = 200

@@ -50,9 +50,9 @@ def test_every_file_that_a_trial_loads_decides_whether_it_still_counts() -> None
 def test_makers_are_the_code_and_the_data_of_a_trial_and_no_page_or_command() -> None:
     inside = {path.relative_to(provenance.PACKAGE).as_posix() for path in provenance.makers()[0]}
     assert inside >= {
-        "simulation/loop.py", "kinematics/transforms.py", "robots/_flow_links.py", "gaits/eros.py",
+        "simulation/loop.py", "kinematics/transforms.py", "robots/flow.py", "gaits/eros.py",
         "metrics/stability.py", "servos/mx_28.yaml", "surfaces/press.py", 
-        "robots/nao_v40_links.csv",
+        "robots/nao_v40_links.csv", "robots/flow_links.csv",
     }  # fmt: skip
     rooms = {path.partition("/")[0] for path in inside}
     assert not rooms & {"report", "papers", "cli", "store", "statistics", "search"}

@@ -20,43 +20,29 @@ import numpy as np
 
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import homogeneous
-from gaitlab.parameters import parameter
 
 ROUNDING = 1e-9  # -, share by which a cosine or a root may miss its range
 
-_SCALED = "assumption: proportions of a robot of this height"
-
 
 @dataclass(frozen=True, kw_only=True)
-class ArmGeometry:
-    """Lengths of the arm's chain Ry T(0, s dy, -dz1) Rx T(0, 0, -dz2) Ry T(0, 0, -dz3)."""
+class ArmLengths:
+    """Lengths of the arm's chain Ry T(0, s dy, -dz1) Rx T(0, 0, -dz2) Ry T(0, 0, -dz3).
 
-    shoulder_spacing: float = parameter(
-        0.090,
-        unit="m",
-        low=0.0,
-        high=1.0,
-        doc="dy, trunk centre plane to the arm",
-        source=_SCALED,
-    )
-    shoulder_drop: float = parameter(
-        0.018,
-        unit="m",
-        low=0.0,
-        high=0.5,
-        doc="dz1, shoulder pitch axis down to the roll axis",
-        source=_SCALED,
-    )
-    upper_arm: float = parameter(
-        0.075, unit="m", low=0.01, high=1.0, doc="dz2, roll axis to the elbow", source=_SCALED
-    )
-    forearm: float = parameter(
-        0.120, unit="m", low=0.01, high=1.0, doc="dz3, elbow to the hand", source=_SCALED
-    )
+    Attributes:
+        shoulder_spacing: dy, trunk centre plane to the arm, in [m].
+        shoulder_drop: dz1, shoulder pitch axis down to the roll axis, in [m].
+        upper_arm: dz2, roll axis to the elbow, in [m].
+        forearm: dz3, elbow to the hand, in [m].
+    """
+
+    shoulder_spacing: float
+    shoulder_drop: float
+    upper_arm: float
+    forearm: float
 
 
 def hand_pose(
-    geometry: ArmGeometry, joints: np.ndarray, side: Literal["left", "right"]
+    geometry: ArmLengths, joints: np.ndarray, side: Literal["left", "right"]
 ) -> np.ndarray:
     """Pose of the hand in the arm origin's frame, [Pristovani2018] eqs. (5) to (8), corrected.
 
@@ -86,7 +72,7 @@ def hand_pose(
 
 
 def hand_branches(
-    geometry: ArmGeometry, point: np.ndarray, side: Literal["left", "right"]
+    geometry: ArmLengths, point: np.ndarray, side: Literal["left", "right"]
 ) -> np.ndarray:
     """Joints that put the hand at a point, derived here from (5) to (8).
 
@@ -128,7 +114,7 @@ def hand_branches(
     return joints
 
 
-def _elbow_cosines(geometry: ArmGeometry, y: np.ndarray, rest: np.ndarray) -> np.ndarray:
+def _elbow_cosines(geometry: ArmLengths, y: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """Both roots of the quadratic in cos(q3), NaN where they are none. Shape (..., 2)."""
     dz1, dz2, dz3 = geometry.shoulder_drop, geometry.upper_arm, geometry.forearm
     a = 4.0 * dz3**2 * (dz2**2 - dz1**2)
@@ -145,7 +131,7 @@ def _elbow_cosines(geometry: ArmGeometry, y: np.ndarray, rest: np.ndarray) -> np
 
 
 def _require_branch(
-    joints: np.ndarray, reach: np.ndarray, geometry: ArmGeometry, side: Literal["left", "right"]
+    joints: np.ndarray, reach: np.ndarray, geometry: ArmLengths, side: Literal["left", "right"]
 ) -> None:
     found = np.isfinite(joints).all(axis=-1).any(axis=-1)
     if np.all(found):

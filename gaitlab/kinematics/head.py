@@ -16,32 +16,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitlab.kinematics.transforms import homogeneous
-from gaitlab.parameters import parameter
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeadGeometry:
-    """Lengths of the head's chain Rz(pan) T(0, 0, d1) Ry(tilt) T(0, 0, d2)."""
+class HeadLengths:
+    """Lengths of the head's chain Rz(pan) T(0, 0, d1) Ry(tilt) T(0, 0, d2).
 
-    neck: float = parameter(
-        0.030,
-        unit="m",
-        low=0.0,
-        high=0.5,
-        doc="d1, neck base to the tilt axis",
-        source="assumption: total height 52 cm",
-    )
-    camera: float = parameter(
-        0.045,
-        unit="m",
-        low=0.001,
-        high=0.5,
-        doc="d2, tilt axis to the camera",
-        source="assumption: total height 52 cm",
-    )
+    Attributes:
+        neck: d1, neck base to the tilt axis, in [m].
+        camera: d2, tilt axis to the camera, in [m].
+    """
+
+    neck: float
+    camera: float
 
 
-def camera_pose(geometry: HeadGeometry, joints: np.ndarray) -> np.ndarray:
+def camera_pose(geometry: HeadLengths, joints: np.ndarray) -> np.ndarray:
     """Pose of the camera in the neck base frame, [Pristovani2018] eqs. (2) and (3).
 
     Args:
@@ -59,7 +49,7 @@ def camera_pose(geometry: HeadGeometry, joints: np.ndarray) -> np.ndarray:
     return homogeneous(rotation.reshape(*c1.shape, 3, 3), position)
 
 
-def pointing_joints(geometry: HeadGeometry, point: np.ndarray) -> np.ndarray:
+def pointing_joints(geometry: HeadLengths, point: np.ndarray) -> np.ndarray:
     """Pan and tilt that put the camera's up axis through a point, derived here from (3).
 
     The camera itself goes there when the point lies `camera` away from the tilt axis.

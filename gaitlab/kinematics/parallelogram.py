@@ -18,7 +18,7 @@ from math import pi
 import numpy as np
 
 from gaitlab.kinematics.dh import DHRow, chain_pose
-from gaitlab.kinematics.leg import Leg
+from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 
 

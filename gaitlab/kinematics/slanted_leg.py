@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.kinematics.transforms import axis_rotation
 
 SLANT = pi / 4.0  # rad, of the yaw-pitch axis between down and outwards
@@ -120,7 +120,7 @@ class SlantedLeg:
 
     @property
     def _upright(self) -> Leg:
-        geometry = LegGeometry(hip_spacing=0.0, hip_drop=0.0, thigh=self.thigh, shank=self.tibia)
+        geometry = LegLengths(hip_spacing=0.0, hip_drop=0.0, thigh=self.thigh, shank=self.tibia)
         return Leg(geometry=geometry, ankle_height=self.ankle_height, side=self.side)
 
 

@@ -4,22 +4,24 @@ A robot is a tree of rigid links with soles and limits of its joints. Protocols 
 only: each robot of a team is a file in `gaitlab.robots`, each gait one in `gaitlab.gaits`.
 """
 
-from gaitlab.model.limits import ROUNDING, both_legs, require_limits
-from gaitlab.model.links import Axis, Box, Coupling, Joint, Link, Part, limb
+from gaitlab.model.link_table import SIDES, Shape, Side, Vector
 from gaitlab.model.robot import (
     GANTRY_PITCH,
     Gantry,
     Robot,
+    Start,
     couplings_of,
     gantry_of,
     self_collision_of,
+    standing,
 )
-from gaitlab.model.start import Start, standing
-from gaitlab.model.tree import LinkPoses, Tree
+from gaitlab.model.targets import ROUNDING, require_limits
+from gaitlab.model.tree import Axis, Box, Coupling, Joint, Link, LinkPoses, Tree
 
 __all__ = [
     "GANTRY_PITCH",
     "ROUNDING",
+    "SIDES",
     "Axis",
     "Box",
     "Coupling",
@@ -27,14 +29,14 @@ __all__ = [
     "Joint",
     "Link",
     "LinkPoses",
-    "Part",
     "Robot",
+    "Shape",
+    "Side",
     "Start",
     "Tree",
-    "both_legs",
+    "Vector",
     "couplings_of",
     "gantry_of",
-    "limb",
     "require_limits",
     "self_collision_of",
     "standing",

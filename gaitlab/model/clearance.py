@@ -19,9 +19,8 @@ import numpy as np
 from numba import njit
 
 from gaitlab.errors import Infeasible, WrongValue
-from gaitlab.model.links import Box
 from gaitlab.model.robot import Robot
-from gaitlab.model.tree import LinkPoses, Tree
+from gaitlab.model.tree import Box, LinkPoses, Tree
 
 PLATE = 0.012  # m, thickness of a sole's plate
 KNEE = 0.4  # of the way from hip to ankle, beyond which a leg's links are its lower leg

@@ -13,10 +13,9 @@ from typing import Literal, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from gaitlab.errors import Infeasible, WrongValue
-from gaitlab.kinematics.arm import ArmGeometry, hand_branches, hand_pose
-from gaitlab.kinematics.dh_arm import DhArm
+from gaitlab.kinematics.arm import ArmLengths, hand_branches, hand_pose
+from gaitlab.kinematics.dh import DhArm
 from gaitlab.kinematics.dynamixel import servo_counts
-from gaitlab.kinematics.leg import Leg, LegGeometry
 from gaitlab.kinematics.planar_leg import (
     LegAngles,
     angles_of,
@@ -24,6 +23,7 @@ from gaitlab.kinematics.planar_leg import (
     joints_of,
     leg_angles,
 )
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.model import ROUNDING, Joint
 
@@ -209,7 +209,7 @@ def head_limb(
     )
 
 
-def short_arm_limb(geometry: ArmGeometry, joints: Sequence[Joint], side: Side) -> Limb:
+def short_arm_limb(geometry: ArmLengths, joints: Sequence[Joint], side: Side) -> Limb:
     """An arm of three joints."""
 
     def inverse(target: np.ndarray, heading: float) -> np.ndarray:
@@ -228,7 +228,7 @@ def short_arm_limb(geometry: ArmGeometry, joints: Sequence[Joint], side: Side) -
 
 
 def planar_leg_limb(
-    geometry: LegGeometry, joints: Sequence[Joint], side: Side, directions: np.ndarray
+    geometry: LegLengths, joints: Sequence[Joint], side: Side, directions: np.ndarray
 ) -> Limb:
     """A leg without hip yaw, its target as the Bioloid paper has it; the sole is level.
 

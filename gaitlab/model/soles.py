@@ -1,4 +1,4 @@
-"""Soles: where they stand on the ground, and what legs of parallelograms let them do.
+"""Soles: where they stand on the ground.
 
 Equal supports on a bed of stiffness K resist tipping with K times the mean square of their
 distance from the middle. n of them out to the edges of a length L give
@@ -13,8 +13,6 @@ from typing import Literal
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
-from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import parameter
 
 MOST_SUPPORTS = 12  # along or across; each one is a contact that the engine solves
@@ -91,24 +89,3 @@ class Sole:
         x, y = (-self.heel, self.length - self.heel), (-self.width / 2.0, self.width / 2.0)
         middle = self.centre_of(foot)[1]
         return np.array([(a, b + middle, -self.height) for a in x for b in y])
-
-
-def require_parallel(feet: FeetPoses) -> None:
-    """Refuse a sole that is to pitch against the trunk, which parallelogram legs do not allow.
-
-    Raises:
-        Infeasible: Names the first such foot and instant, and what the gait asks for.
-    """
-    turned = {
-        "trunk_pitch": np.abs(feet.trunk_pitch)[:, None] * np.ones((1, 2)),
-        "ankle_pitch": np.abs(feet.ankle_pitch),
-        "knee_only": np.abs(feet.knee_only),
-    }
-    for name, amount in turned.items():
-        if np.any(amount > 0.0):
-            tick, foot = (int(i) for i in np.argwhere(amount > 0.0)[0])
-            reason = (
-                f"the gait asks for {name} {amount[tick, foot]:.4f}; parallelograms keep the "
-                "sole parallel to the pelvis, so it must be 0"
-            )
-            raise Infeasible(limb=f"{('left', 'right')[foot]}_leg", tick=tick, reason=reason)

@@ -1,4 +1,4 @@
-"""The links of a robot as a tree: their poses and their centre of mass.
+"""A robot as a tree of rigid links: what it is built from, its poses, its centre of mass.
 
 All poses are batched over n instants. A link's frame is its joint's frame, as in URDF.
 """
@@ -8,12 +8,83 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from gaitlab.kinematics.transforms import vector_rotation
-from gaitlab.model.links import Axis, Joint, Link
+
+Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box:
+    """A box of a link: its shape for collision and display, and for the inertia.
+
+    Attributes:
+        size: Edge lengths, in [m].
+        centre: Centre in the link frame, in [m].
+    """
+
+    size: tuple[float, float, float]
+    centre: tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """A revolute joint, driven by a servo unless it only follows.
+
+    Attributes:
+        name: Joint name, `left_knee` for instance.
+        axis: Axis of rotation in the link frame, a coordinate axis or a unit vector.
+        lower: Lower limit, in [rad].
+        upper: Upper limit, in [rad].
+        servo: Name of the servo type, a file in `gaitlab/servos`; None for a joint without one.
+    """
+
+    name: str
+    axis: Axis
+    lower: float
+    upper: float
+    servo: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Link:
+    """A rigid link and the joint that carries it.
+
+    Attributes:
+        name: Link name.
+        parent: Parent link; None for the trunk, whose frame is the robot's.
+        origin: Joint frame in the parent's frame, in [m]; axes parallel at zero angle.
+        joint: Joint to the parent; None for the trunk.
+        mass: Mass, in [kg].
+        box: Shape.
+        inertia: Principal moments about the box's centre, in [kg m^2]; None for those of a uniform
+            box.
+    """
+
+    name: str
+    parent: str | None
+    origin: tuple[float, float, float]
+    joint: Joint | None
+    mass: float
+    box: Box
+    inertia: tuple[float, float, float] | None = None
+
+
+class Coupling(NamedTuple):
+    """A gear or belt between two joints: follower = ratio x leader.
+
+    Attributes:
+        leader: Name of a joint.
+        follower: Name of the joint that it turns.
+        ratio: Turns of the follower for one of the leader.
+    """
+
+    leader: str
+    follower: str
+    ratio: float
 
 
 class LinkPoses(NamedTuple):

@@ -15,9 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.kinematics.dh_arm import DhArm
-from gaitlab.kinematics.dh_head import DhHead
-from gaitlab.kinematics.leg import Leg
+from gaitlab.kinematics.dh import DhArm, DhHead
+from gaitlab.kinematics.six_joint_leg import Leg
 
 EROS_EQUATIONS = (11, 12, 13, 14, 15, 17, 22, 23, 25, 27)
 PAN, TILT = radians(60.0), radians(85.0)  # ranges over which FLoW's head is compared

@@ -14,9 +14,9 @@ from typing import Literal, TypedDict
 
 import numpy as np
 
-from gaitlab.kinematics.bioloid_geometry import BioloidLeg
 from gaitlab.kinematics.planar_leg import AnkleLaw, Coupling, LegAngles, ankle_position, leg_angles
 from gaitlab.papers.printed import rows
+from gaitlab.robots.bioloid import BioloidLeg
 
 Side = Literal["right", "left"]
 SIDES: tuple[Side, Side] = ("right", "left")

@@ -17,11 +17,11 @@ import numpy as np
 from gaitlab.gaits.eros import Gait, deceleration_increments
 from gaitlab.kinematics.arm import hand_pose
 from gaitlab.kinematics.head import camera_pose
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.papers.as_printed import EROS_EQUATIONS, Miss, eros_joints, miss
 from gaitlab.papers.page import Numbers
 from gaitlab.papers.printed import eros_tables, rows
-from gaitlab.robots.eros import Robot
+from gaitlab.robots.eros import LegGeometry, Robot
 
 STEPPING = np.array([0.040, 0.045, -0.228])  # m, sole from the hip: ahead, aside, crouched
 CROUCH = np.array([0.0, 0.0, -0.228])  # m, sole from the hip when standing

@@ -41,6 +41,7 @@ IN_PACKAGE: dict[str, str] = {
 MOVED = {  # what files of users imported before the package had rooms, and its present name
     "gaitlab.body": "gaitlab.model",
     "gaitlab.imu": "gaitlab.model.imu",
+    "gaitlab.kinematics.leg": "gaitlab.robots.eros",
     "gaitlab.limbs": "gaitlab.model.limbs",
     "gaitlab.motion": "gaitlab.model.gait",
     "gaitlab.soles": "gaitlab.model.soles",

@@ -15,25 +15,44 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.bioloid_geometry import TALL, BioloidLeg, UpperBody, metres
 from gaitlab.kinematics.dynamixel import servo_counts
-from gaitlab.kinematics.five_joint_leg import FiveJointLeg
-from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
-from gaitlab.model import ROUNDING, Tree, both_legs, require_limits
+from gaitlab.kinematics.head import HeadLengths, camera_pose, pointing_joints
+from gaitlab.kinematics.planar_leg import FiveJointLeg
+from gaitlab.kinematics.six_joint_leg import LegLengths
+from gaitlab.model import ROUNDING, SIDES, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, planar_leg_limb
+from gaitlab.model.link_table import HERE, below, links, read_table
 from gaitlab.model.soles import Sole
+from gaitlab.model.targets import both_legs, held, with_ankle
 from gaitlab.parameters import parameter
-from gaitlab.robots._bioloid_links import SIDES, BioloidSkeleton, Masses, Side
 
+LINKS = read_table(Path(__file__).with_name("bioloid_links.csv"))
 # Joints whose right servo is turned over.
 MIRRORED = ("hip_pitch", "knee", "ankle_pitch", "shoulder_pitch", "elbow")
+AX_12: Vector = (0.050, 0.032, 0.040)  # m, the servo's own size
 _SOLE = "assumption: the published 12 cm2 is no area of a sole that bears this robot"
+_TALL = "assumption: the parts add up to the published 40 cm"
+_SPACE = "assumption: room of two AX-12 beside each other"
+_SPAN = "assumption: the arms add up to the published span of 55 cm"
+_WEIGHT = "assumption: the parts add up to the published 3 kg"
+
+
+def _metres(default: float, high: float, doc: str, source: str) -> float:
+    """A length in [m] of at least 5 mm, as a field of a dataclass."""
+    value: float = parameter(default, unit="m", low=0.005, high=high, doc=doc, source=source)
+    return value
+
+
+def _kilograms(default: float, high: float, doc: str, source: str) -> float:
+    value: float = parameter(default, unit="kg", low=0.0, high=high, doc=doc, source=source)
+    return value
 
 
 def _angle(default: float, low: float, high: float, doc: str) -> Any:
@@ -41,13 +60,48 @@ def _angle(default: float, low: float, high: float, doc: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BioloidLeg(LegLengths):
+    """Lengths of a leg."""
+
+    hip_spacing: float = _metres(0.0385, 0.3, "trunk centre plane to the hip", _SPACE)
+    hip_drop: float = _metres(0.030, 0.3, "trunk link frame down to the hip", _SPACE)
+    thigh: float = _metres(0.075, 0.5, "L1, hip to knee", "published: 7.5 cm")
+    shank: float = _metres(0.075, 0.5, "L2, knee to ankle", "published: 7.5 cm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class UpperBody:
+    """Lengths above the hips."""
+
+    waist_height: float = _metres(0.020, 0.2, "trunk link frame to the waist axes", _TALL)
+    shoulder_height: float = _metres(0.080, 0.5, "waist to the shoulder axis", _TALL)
+    shoulder_spacing: float = _metres(0.070, 0.3, "centre plane to the arm", _SPAN)
+    upper_arm: float = _metres(0.090, 0.5, "shoulder to the elbow", _SPAN)
+    forearm: float = _metres(0.115, 0.5, "elbow to the fingertips", _SPAN)
+    neck: float = _metres(0.035, 0.2, "shoulder axis to the head's tilt axis", _TALL)
+    head: float = _metres(0.055, 0.3, "tilt axis to the crown", _TALL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Masses:
+    """What the robot is made of, beside its servos."""
+
+    servo: float = _kilograms(0.0546, 0.5, "one AX-12A", "published: ROBOTIS e-Manual AX-12A")
+    frames: float = _kilograms(0.50, 5.0, "brackets and plates", _WEIGHT)
+    electronics: float = _kilograms(0.35, 5.0, "battery and CM-530, in the chest", _WEIGHT)
+    costume: float = _kilograms(
+        0.8942, 5.0, "dress and its brackets, half on the hips, half on the chest", _WEIGHT
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class BioloidSole(Sole):
     """Sole of the Bioloid."""
 
-    length: float = metres(0.100, 0.3, "sole along x of the foot", _SOLE)
-    width: float = metres(0.065, 0.2, "sole along y of the foot", _SOLE)
-    heel: float = metres(0.045, 0.3, "ankle axis to the heel edge", _SOLE)
-    height: float = metres(0.030, 0.2, "ankle axis over the sole", TALL)
+    length: float = _metres(0.100, 0.3, "sole along x of the foot", _SOLE)
+    width: float = _metres(0.065, 0.2, "sole along y of the foot", _SOLE)
+    heel: float = _metres(0.045, 0.3, "ankle axis to the heel edge", _SOLE)
+    height: float = _metres(0.030, 0.2, "ankle axis over the sole", _TALL)
     kind: Literal["flat", "studs"] = parameter(
         "flat",
         unit="-",
@@ -58,7 +112,7 @@ class BioloidSole(Sole):
 
 @dataclass(frozen=True, kw_only=True)
 class BioloidPosture:
-    """What waist, arms and head hold unless a gait moves them."""
+    """What waist, arms and head hold unless a gait moves them; the right arm mirrors the left."""
 
     waist_yaw: float = _angle(0.0, -1.57, 1.57, "positive turns left")
     waist_roll: float = _angle(0.0, -0.52, 0.52, "positive leans right")
@@ -69,13 +123,6 @@ class BioloidPosture:
     elbow: float = _angle(-0.6, -2.26, 0.0, "negative bends it forward")
     head_pan: float = _angle(0.0, -1.57, 1.57, "positive looks left")
     head_tilt: float = _angle(0.0, -0.78, 0.78, "positive looks down")
-
-    def joints(self) -> tuple[float, ...]:
-        """Joint positions of the waist, the left arm, the right arm and the head, in [rad]."""
-        waist = (self.waist_yaw, self.waist_roll, self.waist_pitch)
-        left = (self.shoulder_pitch, self.shoulder_roll, self.arm_yaw, self.elbow)
-        right = (self.shoulder_pitch, -self.shoulder_roll, -self.arm_yaw, self.elbow)
-        return (*waist, *left, *right, self.head_pan, self.head_tilt)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,11 +144,45 @@ class Robot:
 
     @cached_property
     def tree(self) -> Tree:
-        """Links: trunk, left leg, right leg, waist, left arm, right arm, head."""
-        skeleton = BioloidSkeleton(
-            leg=self.leg, sole=self.sole, upper_body=self.upper_body, masses=self.masses
-        )
-        return Tree(skeleton.links())
+        """Links of `bioloid_links.csv`: trunk, legs, waist, arms, head, each left before right."""
+        return Tree(tuple(links(LINKS, self._shapes(), self._masses())))
+
+    def _masses(self) -> Mapping[str, float]:
+        """Of the links: their servos, their share of the frames and what they wear, in [kg]."""
+        servo, frames, costume = self.masses.servo, self.masses.frames, 0.5 * self.masses.costume
+        worn = {"trunk": costume, "chest": costume + self.masses.electronics}
+        return {
+            row["link"]: int(row["servos_carried"]) * servo
+            + float(row["frame_share"]) * frames
+            + worn.get(row["link"], 0.0)
+            for row in LINKS
+        }
+
+    def _shapes(self) -> Mapping[str, Shape]:
+        """Where the links hang, and boxes of plausible sizes."""
+        leg, body, sole = self.leg, self.upper_body, self.sole
+        thigh, shank, upper, forearm = leg.thigh, leg.shank, body.upper_arm, body.forearm
+        across, tall = body.shoulder_spacing, body.shoulder_height
+        x, y, z = sole.centre
+        return {
+            "trunk": Shape(HERE, (0.070, 0.115, 0.045), (-0.005, 0.0, -0.012)),
+            "hip": Shape((0.0, leg.hip_spacing, -leg.hip_drop), AX_12),
+            "thigh": Shape(HERE, (0.040, 0.045, thigh), below(0.7 * thigh)),
+            "shank": Shape(below(thigh), (0.035, 0.040, shank), below(0.6 * shank)),
+            "ankle": Shape(below(shank), AX_12),
+            "foot": Shape(HERE, (sole.length, sole.width, 0.006), (x, y, z + 0.003)),
+            "waist_turn": Shape((0.0, 0.0, body.waist_height), (0.040, 0.040, 0.020)),
+            "waist": Shape(HERE, AX_12),
+            "chest": Shape(HERE, (0.075, 0.110, tall + 0.015), (-0.008, 0.0, 0.5 * tall + 0.008)),
+            "shoulder": Shape((0.0, 0.0, tall), AX_12, (0.0, 0.9 * across, 0.0)),
+            "upper_arm": Shape((0.0, across, 0.0), (0.035, 0.035, 0.045), below(0.020)),
+            "arm_turn": Shape(HERE, (0.032, 0.032, 0.045), below(0.8 * upper)),
+            "forearm": Shape(below(upper), (0.025, 0.03, forearm), below(0.5 * forearm)),
+            "neck": Shape((0.0, 0.0, tall), (0.032, 0.040, 0.035), (0.0, 0.0, 0.5 * body.neck)),
+            "head": Shape(
+                (0.0, 0.0, body.neck), (0.055, 0.065, body.head), (0.0, 0.0, 0.5 * body.head)
+            ),
+        }
 
     def joint_targets(self, feet: FeetPoses) -> np.ndarray:
         """Joint positions that put level feet there, all else held, in [rad]. Shape (n, 23).
@@ -111,9 +192,8 @@ class Robot:
         Raises:
             Infeasible: If a sole is out of reach, is to be turned, or a joint is beyond its limit.
         """
-        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
-        held = np.tile(self.posture.joints(), (len(feet.position), 1))
-        return np.concatenate([*legs, held], axis=1)
+        others = self.tree.joints[10:]
+        return both_legs(lambda index: self._leg_targets(feet, index), held(self.posture, others))
 
     def servo_counts(self, joints: np.ndarray) -> np.ndarray:
         """Goal positions of the servos in counts, 512 at zero angle. Shape (..., 23)."""
@@ -128,13 +208,13 @@ class Robot:
     def limbs(self) -> Mapping[str, Limb]:
         """Legs in the frame of [Setiyono], and the head."""
         joints, body = self.tree.joints, self.upper_body
-        head = HeadGeometry(neck=body.neck, camera=body.head)
+        head = HeadLengths(neck=body.neck, camera=body.head)
         legs = [
             planar_leg_limb(self.leg, joints[5 * k : 5 * k + 5], side, self._leg_directions[k])
             for k, side in enumerate(SIDES)
         ]
         pose, pointing = partial(camera_pose, head), partial(pointing_joints, head)
-        return {each.name: each for each in (*legs, head_limb(pose, pointing, joints[-2:]))}
+        return {limb.name: limb for limb in (*legs, head_limb(pose, pointing, joints[-2:]))}
 
     @property
     def _leg_directions(self) -> np.ndarray:
@@ -144,16 +224,14 @@ class Robot:
         """Kinematics of a leg in the trunk's frame."""
         return FiveJointLeg(geometry=self.leg, ankle_height=self.sole.height, side=side)
 
-    def _leg_targets(self, feet: FeetPoses, index: int, side: Side) -> np.ndarray:
+    def _leg_targets(self, feet: FeetPoses, index: int) -> np.ndarray:
+        side = SIDES[index]
         _require_straight(feet.heading[:, index], side)
         position = feet.position[:, index] - [0.0, 0.0, self.hip_offset()]
         joints = self.leg_of(side).level_joints(position, feet.trunk_pitch)
         limits = self.tree.joints[5 * index : 5 * index + 5]
         require_limits(f"{side}_leg", limits, joints)
-        # Only the added part gives way to the limit; the level sole's own angle has been checked.
-        added = feet.knee_only[:, index] * joints[:, 1] + feet.ankle_pitch[:, index]
-        joints[:, 3] = np.clip(joints[:, 3] + added, limits[3].lower, limits[3].upper)
-        return joints
+        return with_ankle(joints, limits, feet, index)
 
 
 def _require_straight(heading: np.ndarray, side: Side) -> None:

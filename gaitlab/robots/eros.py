@@ -10,53 +10,27 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import pi
+from pathlib import Path
 from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
-from gaitlab.kinematics.arm import ArmGeometry
-from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
-from gaitlab.kinematics.leg import Leg, LegGeometry
-from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.model import Box, Link, Part, Tree, both_legs, limb, require_limits
+from gaitlab.kinematics.arm import ArmLengths
+from gaitlab.kinematics.head import HeadLengths, camera_pose, pointing_joints
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
+from gaitlab.model import SIDES, Shape, Side, Tree
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, leg_limb, short_arm_limb
+from gaitlab.model.link_table import HERE, below, links, read_table, shares
 from gaitlab.model.soles import Sole
+from gaitlab.model.targets import both_legs, held, six_joint_targets
 from gaitlab.parameters import parameter
 
-Side = Literal["left", "right"]
-Axis = Literal["x", "y", "z"]
-Vector = tuple[float, float, float]
-SIDES: tuple[Side, Side] = ("left", "right")
-
-# Link masses in [kg] of a robot of 3.50 kg, an assumption; parameter `mass` scales them together.
-MASSES = {
-    **{"trunk": 0.95, "neck": 0.03, "head": 0.12},
-    **{"shoulder": 0.06, "upper_arm": 0.12, "forearm": 0.12},
-    **{"pelvis": 0.10, "hip": 0.18, "thigh": 0.22, "shank": 0.12, "ankle": 0.16, "foot": 0.12},
-}
-SINGLE = ("trunk", "neck", "head")  # links that come once; all others come left and right
-TABLE_MASS = sum(mass if name in SINGLE else 2.0 * mass for name, mass in MASSES.items())
-
-# Joint limits in degrees, lower and upper, an assumption; the right arm's roll is mirrored.
-LIMITS_DEG = {
-    "hip_yaw": (-45.0, 45.0),
-    "hip_roll": (-40.0, 40.0),
-    "hip_pitch": (-100.0, 35.0),
-    "knee": (0.0, 130.0),
-    "ankle_pitch": (-70.0, 60.0),
-    "ankle_roll": (-40.0, 40.0),
-    "shoulder_pitch": (-180.0, 180.0),
-    "shoulder_roll": (-15.0, 120.0),
-    "elbow": (-140.0, 0.0),
-    "head_pan": (-120.0, 120.0),
-    "head_tilt": (-30.0, 90.0),
-}
+LINKS = read_table(Path(__file__).with_name("eros_links.csv"))
 TREAD = 0.012  # m, thickness of the foot plate
 
 
@@ -67,6 +41,9 @@ TREAD = 0.012  # m, thickness of the foot plate
 _OP3 = "assumption: ROBOTIS OP3, the mesh of the foot in its published description"
 _FOOT = "assumption: a foot in proportion to the height"
 _TALL = "assumption: the parts add up to the published 52 cm"
+_DARWIN = "assumption: DARwIn-OP's proportions scaled to 52 cm, rounded"
+_ARM = "assumption: proportions of a robot of this height"
+_HEAD = "assumption: total height 52 cm"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +74,59 @@ class ErosSole(Sole):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LegGeometry(LegLengths):
+    """Lengths of a leg."""
+
+    hip_spacing: float = parameter(
+        0.042, unit="m", low=0.0, high=1.0, doc="dy, trunk centre plane to the hip", source=_DARWIN
+    )
+    hip_drop: float = parameter(
+        0.035, unit="m", low=0.0, high=1.0, doc="dz1, leg origin down to the hip", source=_DARWIN
+    )
+    thigh: float = parameter(
+        0.105, unit="m", low=0.01, high=2.0, doc="dz3, hip to knee", source=_DARWIN
+    )
+    shank: float = parameter(
+        0.105, unit="m", low=0.01, high=2.0, doc="dz4, knee to ankle", source=_DARWIN
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmGeometry(ArmLengths):
+    """Lengths of an arm."""
+
+    shoulder_spacing: float = parameter(
+        0.090, unit="m", low=0.0, high=1.0, doc="dy, trunk centre plane to the arm", source=_ARM
+    )
+    shoulder_drop: float = parameter(
+        0.018,
+        unit="m",
+        low=0.0,
+        high=0.5,
+        doc="dz1, shoulder pitch axis down to the roll axis",
+        source=_ARM,
+    )
+    upper_arm: float = parameter(
+        0.075, unit="m", low=0.01, high=1.0, doc="dz2, roll axis to the elbow", source=_ARM
+    )
+    forearm: float = parameter(
+        0.120, unit="m", low=0.01, high=1.0, doc="dz3, elbow to the hand", source=_ARM
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeadGeometry(HeadLengths):
+    """Lengths of neck and head."""
+
+    neck: float = parameter(
+        0.030, unit="m", low=0.0, high=0.5, doc="d1, neck base to the tilt axis", source=_HEAD
+    )
+    camera: float = parameter(
+        0.045, unit="m", low=0.001, high=0.5, doc="d2, tilt axis to the camera", source=_HEAD
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class TorsoGeometry:
     """Lengths above the leg origin."""
 
@@ -113,7 +143,7 @@ class TorsoGeometry:
 
 @dataclass(frozen=True, kw_only=True)
 class ErosPosture:
-    """What arms and head hold while the legs walk."""
+    """What arms and head hold while the legs walk; the right arm mirrors the left."""
 
     shoulder_pitch: float = parameter(
         0.3, unit="rad", low=-pi, high=pi, doc="positive swings the arm back", source="assumption"
@@ -135,12 +165,6 @@ class ErosPosture:
     head_tilt: float = parameter(
         0.0, unit="rad", low=-0.52, high=1.57, doc="positive looks down", source="assumption"
     )
-
-    def joints(self) -> tuple[float, ...]:
-        """Joint positions of the left arm, the right arm and the head, in [rad]."""
-        left = (self.shoulder_pitch, self.shoulder_roll, self.elbow)
-        right = (self.shoulder_pitch, -self.shoulder_roll, self.elbow)
-        return (*left, *right, self.head_pan, self.head_tilt)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,19 +201,43 @@ class Robot:
 
     @cached_property
     def tree(self) -> Tree:
-        """Links: trunk, left leg, right leg, left arm, right arm, head; box sizes are plausible."""
-        legs = (link for side in SIDES for link in self._leg_links(side))
-        arms = (link for side in SIDES for link in self._arm_links(side))
-        top = self.torso.shoulder_height + self.torso.neck_height
-        trunk = Link(
-            name="trunk",
-            parent=None,
-            origin=_HERE,
-            joint=None,
-            mass=self._mass("trunk"),
-            box=Box(size=(0.085, 0.125, top + 0.012), centre=(0.0, 0.0, 0.5 * top - 0.006)),
-        )
-        return Tree((trunk, *legs, *arms, *self._head_links()))
+        """Links of `eros_links.csv`: trunk, left leg, right leg, left arm, right arm, head."""
+        return Tree(tuple(links(LINKS, self._shapes(), shares(LINKS, self.mass))))
+
+    def _shapes(self) -> Mapping[str, Shape]:
+        """Where the links hang, and boxes of plausible sizes."""
+        leg, arm, torso, neck, sole = self.leg, self.arm, self.torso, self.head.neck, self.sole
+        x, y, z = sole.centre
+        shoulder, drop = torso.shoulder_height, arm.shoulder_drop
+        top, tall = shoulder + torso.neck_height, self.head.camera + torso.crown
+        return {
+            "trunk": Shape(HERE, (0.085, 0.125, top + 0.012), (0.0, 0.0, 0.5 * top - 0.006)),
+            "pelvis": Shape(
+                (0.0, leg.hip_spacing, -leg.hip_drop), (0.045, 0.045, 0.030), (0.0, 0.0, 0.008)
+            ),
+            "hip": Shape(HERE, (0.075, 0.045, 0.040), (-0.010, 0.0, 0.0)),
+            "thigh": Shape(HERE, (0.045, 0.048, 0.85 * leg.thigh), below(leg.thigh / 2)),
+            "shank": Shape(
+                below(leg.thigh), (0.040, 0.045, 0.80 * leg.shank), below(leg.shank / 2)
+            ),
+            "ankle": Shape(below(leg.shank), (0.070, 0.045, 0.036)),
+            "foot": Shape(HERE, (sole.length, sole.width, TREAD), (x, y, z + TREAD / 2)),
+            "shoulder": Shape(
+                (0.0, 0.0, shoulder),
+                (0.040, 0.035, 0.040),
+                (0.0, 0.9 * arm.shoulder_spacing, -drop / 2),
+            ),
+            "upper_arm": Shape(
+                (0.0, arm.shoulder_spacing, -drop),
+                (0.036, 0.036, arm.upper_arm),
+                below(arm.upper_arm / 2),
+            ),
+            "forearm": Shape(
+                below(arm.upper_arm), (0.030, 0.030, arm.forearm), below(arm.forearm / 2)
+            ),
+            "neck": Shape((0.0, 0.0, top), (0.030, 0.030, neck), (0.0, 0.0, neck / 2)),
+            "head": Shape((0.0, 0.0, neck), (0.070, 0.085, tall), (0.0, 0.0, tall / 2)),
+        }
 
     def joint_targets(self, feet: FeetPoses) -> np.ndarray:
         """Joint positions that put the feet there, arms and head held, in [rad]. Shape (n, 20).
@@ -197,109 +245,24 @@ class Robot:
         Raises:
             Infeasible: If a sole is out of reach or a leg joint beyond its limit.
         """
-        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
-        held = np.tile(self.posture.joints(), (len(feet.position), 1))
-        return np.concatenate([*legs, held], axis=1)
+        origin, joints = np.array([0.0, 0.0, self.hip_offset()]), self.tree.joints
+
+        def leg_targets(index: int) -> np.ndarray:
+            limits = joints[6 * index : 6 * index + 6]
+            return six_joint_targets(self.leg_of(SIDES[index]), limits, feet, index, origin)
+
+        return both_legs(leg_targets, held(self.posture, joints[12:]))
+
+    def leg_of(self, side: Side) -> Leg:
+        """Kinematics of a leg in the trunk's frame."""
+        return Leg(geometry=self.leg, ankle_height=self.sole.height, side=side)
 
     def limbs(self) -> Mapping[str, Limb]:
         """Legs, arms and head, in the frames of [Pristovani2018]."""
         joints = self.tree.joints
-        found = [
-            head_limb(
-                partial(camera_pose, self.head), partial(pointing_joints, self.head), joints[18:]
-            )
-        ]
+        pose, pointing = partial(camera_pose, self.head), partial(pointing_joints, self.head)
+        limbs = [head_limb(pose, pointing, joints[18:])]
         for k, side in enumerate(SIDES):
-            leg = Leg(geometry=self.leg, ankle_height=self.sole.height, side=side)
-            found.append(leg_limb(leg, joints[6 * k : 6 * k + 6], "the trunk"))
-            found.append(short_arm_limb(self.arm, joints[12 + 3 * k : 15 + 3 * k], side))
-        return {each.name: each for each in found}
-
-    def _leg_targets(self, feet: FeetPoses, index: int, side: Side) -> np.ndarray:
-        level = axis_rotation("y", -feet.trunk_pitch) @ axis_rotation("z", feet.heading[:, index])
-        position = feet.position[:, index] - [0.0, 0.0, self.hip_offset()]
-        joints = self._leg_joints(homogeneous(level, position), index, side)
-        # Only the added part gives way to the limit; the level sole's own angle has been checked.
-        added = feet.knee_only[:, index] * joints[:, 2] + feet.ankle_pitch[:, index]
-        ankle = self.tree.joints[6 * index + 4]
-        joints[:, 4] = np.clip(joints[:, 4] + added, ankle.lower, ankle.upper)
-        return joints
-
-    def _leg_joints(self, pose: np.ndarray, index: int, side: Side) -> np.ndarray:
-        """Joints of a leg; the first instant out of reach or beyond a limit is refused."""
-        leg = Leg(geometry=self.leg, ankle_height=self.sole.height, side=side)
-        limits = self.tree.joints[6 * index : 6 * index + 6]
-        try:
-            joints = leg.pose_joints(pose)
-        except Infeasible as problem:
-            require_limits(problem.limb, limits, leg.pose_joints(pose[: problem.tick]))
-            raise
-        require_limits(f"{side}_leg", limits, joints)
-        return joints
-
-    def _mass(self, link: str) -> float:
-        return MASSES[link] * self.mass / TABLE_MASS
-
-    def _part(
-        self, name: str, joint: str, axis: Axis, origin: Vector, size: Vector, centre: Vector
-    ) -> Part:
-        lower, upper = np.radians(LIMITS_DEG[joint]).tolist()
-        box = Box(size=size, centre=centre)
-        return Part(name, joint, axis, (lower, upper), origin, self._mass(name), box)
-
-    def _leg_links(self, side: Side) -> Iterator[Link]:
-        part, sole, thigh, shank = self._part, self.sole, self.leg.thigh, self.leg.shank
-        hip = (0.0, _mirrored(self.leg.hip_spacing, side), -self.leg.hip_drop)
-        x, y, z = sole.centre_of(SIDES.index(side))
-        upper, lower = (0.045, 0.048, 0.85 * thigh), (0.040, 0.045, 0.80 * shank)
-        tread = (sole.length, sole.width, TREAD)
-        parts = (
-            part("pelvis", "hip_yaw", "z", hip, (0.045, 0.045, 0.030), (0.0, 0.0, 0.008)),
-            part("hip", "hip_roll", "x", _HERE, (0.075, 0.045, 0.040), (-0.010, 0.0, 0.0)),
-            part("thigh", "hip_pitch", "y", _HERE, upper, _below(thigh / 2)),
-            part("shank", "knee", "y", _below(thigh), lower, _below(shank / 2)),
-            part("ankle", "ankle_pitch", "y", _below(shank), (0.070, 0.045, 0.036), _HERE),
-            part("foot", "ankle_roll", "x", _HERE, tread, (x, y, z + TREAD / 2)),
-        )
-        return limb(parts, parent="trunk", servo="mx_64", prefix=f"{side}_")
-
-    def _arm_links(self, side: Side) -> Iterator[Link]:
-        part, arm, upper, forearm = self._part, self.arm, self.arm.upper_arm, self.arm.forearm
-        across = _mirrored(arm.shoulder_spacing, side)
-        top, roll = (0.0, 0.0, self.torso.shoulder_height), (0.0, across, -arm.shoulder_drop)
-        inner = (0.0, 0.9 * across, -arm.shoulder_drop / 2)
-        thick, thin = (0.036, 0.036, upper), (0.030, 0.030, forearm)
-        arm_part = part("upper_arm", "shoulder_roll", "x", roll, thick, _below(upper / 2))
-        parts = (
-            part("shoulder", "shoulder_pitch", "y", top, (0.040, 0.035, 0.040), inner),
-            arm_part if side == "left" else _turned_over(arm_part),
-            part("forearm", "elbow", "y", _below(upper), thin, _below(forearm / 2)),
-        )
-        return limb(parts, parent="trunk", servo="mx_28", prefix=f"{side}_")
-
-    def _head_links(self) -> Iterator[Link]:
-        part, neck = self._part, self.head.neck
-        base = (0.0, 0.0, self.torso.shoulder_height + self.torso.neck_height)
-        tall = self.head.camera + self.torso.crown
-        parts = (
-            part("neck", "head_pan", "z", base, (0.030, 0.030, neck), _below(-neck / 2)),
-            part("head", "head_tilt", "y", _below(-neck), (0.070, 0.085, tall), _below(-tall / 2)),
-        )
-        return limb(parts, parent="trunk", servo="mx_28")
-
-
-_HERE = (0.0, 0.0, 0.0)
-
-
-def _below(distance: float) -> Vector:
-    return (0.0, 0.0, -distance)
-
-
-def _mirrored(left: float, side: Side) -> float:
-    return left if side == "left" else -left
-
-
-def _turned_over(part: Part) -> Part:
-    """The same part on the other side of a joint that turns outwards: its limits mirror."""
-    lower, upper = part.limits
-    return part._replace(limits=(-upper, -lower))
+            limbs.append(leg_limb(self.leg_of(side), joints[6 * k : 6 * k + 6], "the trunk"))
+            limbs.append(short_arm_limb(self.arm, joints[12 + 3 * k : 15 + 3 * k], side))
+        return {limb.name: limb for limb in limbs}

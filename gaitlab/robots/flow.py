@@ -20,31 +20,76 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import pi
+from pathlib import Path
 from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.kinematics.dh_arm import DhArm
-from gaitlab.kinematics.dh_head import DhHead
-from gaitlab.kinematics.flow_geometry import FlowArm, FlowLeg, FlowTorso, metres
-from gaitlab.kinematics.leg import Leg
+from gaitlab.errors import Infeasible
+from gaitlab.kinematics.dh import DhArm, DhHead
 from gaitlab.kinematics.parallelogram import parallelogram_joints, plate_joints
-from gaitlab.model import Coupling, Tree, both_legs, require_limits
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
+from gaitlab.model import SIDES, Coupling, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, arm_limb, head_limb, leg_limb
-from gaitlab.model.soles import Sole, require_parallel
+from gaitlab.model.link_table import HERE, below, links, read_table, shares
+from gaitlab.model.soles import Sole
+from gaitlab.model.targets import both_legs, held
 from gaitlab.parameters import parameter
-from gaitlab.robots._flow_links import HIP_PITCH, SHANK, SIDES, FlowSkeleton, Side
+
+LINKS = read_table(Path(__file__).with_name("flow_links.csv"))
+TREAD = 0.015  # m, thickness of the foot plate
+BONE = 0.050  # m, breadth of thigh, shank and arm
+_TALL = "assumption: the parts add up to the published 110 cm; equal leg links follow 2 d4 in print"
+
+
+def _metres(default: float, doc: str, low: float = 0.01) -> float:
+    """A length in [m] of at least `low`, as a field of a dataclass."""
+    value: float = parameter(default, unit="m", low=low, high=2.0, doc=doc, source=_TALL)
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlowLeg(LegLengths):
+    """Lengths of the leg."""
+
+    hip_spacing: float = _metres(0.085, "dy, pelvis centre plane to the hip", low=0.0)
+    hip_drop: float = _metres(0.060, "dz1, pelvis origin down to the hip", low=0.0)
+    thigh: float = _metres(0.230, "l1, hip to knee")
+    shank: float = _metres(0.230, "l2, knee to ankle")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlowArm:
+    """Lengths of the arm."""
+
+    spacing: float = _metres(0.160, "body centre plane to the shoulder", low=0.0)
+    rise: float = _metres(0.0, "d1, arm base up to the shoulder's centre", low=0.0)
+    upper_arm: float = _metres(0.190, "d3, shoulder to elbow")
+    forearm: float = _metres(0.210, "d5, elbow to the tip; with a wrist, the hand is part of it")
+    hand: float = _metres(0.060, "d7, wrist to the tip, for an arm of 6 or 7 joints")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlowTorso:
+    """Lengths above the pelvis origin."""
+
+    waist_height: float = _metres(0.060, "pelvis origin to the waist")
+    shoulder_height: float = _metres(0.250, "waist to the shoulder line")
+    neck_height: float = _metres(0.040, "shoulder line to the neck base", low=0.0)
+    neck: float = _metres(0.050, "d, neck base to the tilt axis", low=0.0)
+    eyes: float = _metres(0.070, "a, tilt axis to the eyes")
+    crown: float = _metres(0.050, "eyes to the top of the head", low=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FlowSole(Sole):
     """Sole of FLoW."""
 
-    length: float = metres(0.200, "sole along x of the foot")
-    width: float = metres(0.110, "sole along y of the foot")
-    heel: float = metres(0.085, "ankle axis to the heel edge", low=0.0)
-    height: float = metres(0.060, "dz6, ankle axis over the sole")
+    length: float = _metres(0.200, "sole along x of the foot")
+    width: float = _metres(0.110, "sole along y of the foot")
+    heel: float = _metres(0.085, "ankle axis to the heel edge", low=0.0)
+    height: float = _metres(0.060, "dz6, ankle axis over the sole")
     kind: Literal["flat", "studs"] = parameter(
         "flat",
         unit="-",
@@ -104,24 +149,60 @@ class Robot:
 
     @cached_property
     def tree(self) -> Tree:
-        """Links: pelvis, left leg, right leg, torso, left arm, right arm, head."""
-        skeleton = FlowSkeleton(
-            mass=self.mass,
-            arm_joints=self.arm_joints,
-            parallelogram=self.parallelogram,
-            leg=self.leg,
-            sole=self.sole,
-            torso=self.torso,
-            arm=self.arm,
-        )
-        return Tree(skeleton.links())
+        """Links of `flow_links.csv`: pelvis, left and right leg, torso, both arms, head."""
+        arm = [row["link"] for row in LINKS if row["limb"] == "arm"]
+        table = [
+            row
+            for row in LINKS
+            if row["legs"] in ("", self.parallelogram) and row["link"] not in arm[self.arm_joints :]
+        ]
+        return Tree(tuple(links(table, self._shapes(), self._masses())))
+
+    def _masses(self) -> Mapping[str, float]:
+        """Of the links, in [kg]."""
+        masses, wrist = shares(LINKS, self.mass), self.arm_joints - 4
+        if self.parallelogram == "serial":
+            masses["shank"] += masses["knee_plate"]
+        return {**masses, **dict.fromkeys(("hand", "wrist", "palm"), masses["hand"] / wrist)}
+
+    def _shapes(self) -> Mapping[str, Shape]:
+        """Where the links hang, and boxes of plausible sizes."""
+        leg, torso, arm, sole = self.leg, self.torso, self.arm, self.sole
+        x, y, z = sole.centre
+        trunk, skull = torso.shoulder_height + 0.02, torso.eyes + torso.crown
+        base = torso.shoulder_height + torso.neck_height
+        forearm = arm.forearm - (0.0 if self.arm_joints == 5 else arm.hand)
+        return {
+            "pelvis": Shape(HERE, (0.10, 0.20, 0.10)),
+            "hip_yaw": Shape((0.0, leg.hip_spacing, -leg.hip_drop), (0.06, 0.06, 0.02)),
+            "hip_roll": Shape(HERE, _cube(0.08)),
+            "thigh": Shape(HERE, *_bone(leg.thigh)),
+            "knee_plate": Shape(below(leg.thigh), _cube(0.06)),
+            "shank": Shape(
+                below(leg.thigh) if self.parallelogram == "serial" else HERE, *_bone(leg.shank)
+            ),
+            "ankle_plate": Shape(below(leg.shank), _cube(0.06)),
+            "foot": Shape(HERE, (sole.length, sole.width, TREAD), (x, y, z + TREAD / 2)),
+            "torso": Shape(
+                (0.0, 0.0, torso.waist_height), (0.12, 0.22, trunk), (0.0, 0.0, trunk / 2)
+            ),
+            "shoulder": Shape((0.0, arm.spacing, torso.shoulder_height), _cube(0.05)),
+            "shoulder_lift": Shape((0.0, 0.0, arm.rise), _cube(0.06)),
+            "upper_arm": Shape(HERE, *_bone(arm.upper_arm)),
+            "forearm": Shape(below(arm.upper_arm), *_bone(0.7 * forearm)),
+            "hand": Shape(HERE, *_tip(forearm)),
+            "wrist": Shape(below(forearm), _cube(0.03)),
+            "palm": Shape(HERE, *_tip(arm.hand)),
+            "neck": Shape((0.0, 0.0, base), (0.04, 0.04, torso.neck), (0.0, 0.0, torso.neck / 2)),
+            "head": Shape((0.0, 0.0, torso.neck), (0.12, 0.12, skull), (0.0, 0.0, skull / 2)),
+        }
 
     @property
     def couplings(self) -> tuple[Coupling, ...]:
         """What keeps the plates of geared legs parallel to the pelvis."""
         if self.parallelogram == "serial":
             return ()
-        pairs = ((HIP_PITCH, "knee_plate"), (SHANK, "ankle_pitch"))
+        pairs = (("hip_pitch", "knee_plate"), ("shank_pitch", "ankle_pitch"))
         return tuple(
             Coupling(f"{side}_{upper}", f"{side}_{plate}", -1.0)
             for side in SIDES
@@ -135,10 +216,13 @@ class Robot:
             Infeasible: If a sole is out of reach, a leg joint beyond its limit, or a sole is to
                 pitch against the pelvis, which parallelograms do not allow.
         """
-        require_parallel(feet)
-        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
-        held = np.tile(self._held(), (len(feet.position), 1))
-        return np.concatenate([*legs, held], axis=1)
+        _require_parallel(feet)
+        others = self.tree.joints[2 * self._leg_joints :]
+        return both_legs(lambda index: self._leg_targets(feet, index), held(self.posture, others))
+
+    @property
+    def _leg_joints(self) -> int:
+        return 6 if self.parallelogram == "serial" else 7
 
     def limbs(self) -> Mapping[str, Limb]:
         """Legs, as serial chains, arms and head, each in the frame of [Yanto]."""
@@ -150,9 +234,8 @@ class Robot:
         ]
         for k, side in enumerate(SIDES):
             found.append(arm_limb(self.arm_of(side), joints[13 + arm * k : 13 + arm * (k + 1)]))
-        return {
-            each.name: each for each in (*found, head_limb(head.pose, head.pointing, joints[-2:]))
-        }
+        found.append(head_limb(head.pose, head.pointing, joints[-2:]))
+        return {limb.name: limb for limb in found}
 
     def leg_of(self, side: Side) -> Leg:
         """Serial kinematics of a leg."""
@@ -174,19 +257,47 @@ class Robot:
         """Kinematics of the head."""
         return DhHead(neck=self.torso.neck, eyes=self.torso.eyes)
 
-    def _leg_targets(self, feet: FeetPoses, index: int, side: Side) -> np.ndarray:
-        leg, count = self.leg_of(side), 6 if self.parallelogram == "serial" else 7
+    def _leg_targets(self, feet: FeetPoses, index: int) -> np.ndarray:
+        side, count = SIDES[index], self._leg_joints
         position = feet.position[:, index] - [0.0, 0.0, self.hip_offset()]
-        joints = leg.flat_joints(position, feet.heading[:, index])
+        joints = self.leg_of(side).flat_joints(position, feet.heading[:, index])
         if self.parallelogram == "geared":
             joints = plate_joints(parallelogram_joints(joints))
         limits = self.tree.joints[count * index : count * (index + 1)]
         require_limits(f"{side}_leg", limits, joints)
         return joints
 
-    def _held(self) -> tuple[float, ...]:
-        """Waist, arms and head while the legs walk; turns of the right arm mirror."""
-        posture, wrist = self.posture, (0.0,) * (self.arm_joints - 4)
-        lift, turn, elbow = posture.shoulder_lift, posture.shoulder_turn, posture.elbow
-        left, right = (turn, lift, 0.0, elbow, *wrist), (-turn, lift, 0.0, elbow, *wrist)
-        return (0.0, *left, *right, 0.0, 0.0)
+
+def _require_parallel(feet: FeetPoses) -> None:
+    """Refuse a sole that is to pitch against the trunk, which parallelogram legs do not allow.
+
+    Raises:
+        Infeasible: Names the first such foot and instant, and what the gait asks for.
+    """
+    turned = {
+        "trunk_pitch": np.abs(feet.trunk_pitch)[:, None] * np.ones((1, 2)),
+        "ankle_pitch": np.abs(feet.ankle_pitch),
+        "knee_only": np.abs(feet.knee_only),
+    }
+    for name, amount in turned.items():
+        if np.any(amount > 0.0):
+            tick, foot = (int(i) for i in np.argwhere(amount > 0.0)[0])
+            reason = (
+                f"the gait asks for {name} {amount[tick, foot]:.4f}; parallelograms keep the "
+                "sole parallel to the pelvis, so it must be 0"
+            )
+            raise Infeasible(limb=f"{('left', 'right')[foot]}_leg", tick=tick, reason=reason)
+
+
+def _cube(edge: float) -> Vector:
+    return (edge, edge, edge)
+
+
+def _bone(length: float) -> tuple[Vector, Vector]:
+    """Size and centre of a link that hangs down, a little short of the next joint."""
+    return (BONE, BONE, 0.85 * length), below(length / 2.0)
+
+
+def _tip(length: float) -> tuple[Vector, Vector]:
+    """Size and centre of the last third of a link, out to its tip."""
+    return (BONE, BONE, length / 3.0), below(length * 5.0 / 6.0)

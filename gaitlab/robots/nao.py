@@ -12,11 +12,10 @@ References:
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from math import sqrt
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -26,26 +25,24 @@ import numpy as np
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.slanted_leg import SlantedLeg
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.model import Axis, Box, Joint, Link, Tree, both_legs, require_limits
+from gaitlab.model import SIDES, Axis, Box, Joint, Link, Side, Tree, Vector
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb
+from gaitlab.model.link_table import HERE, Row, read_table
 from gaitlab.model.soles import Sole
+from gaitlab.model.targets import both_legs, held, six_joint_targets
 from gaitlab.model.urdf import box_of_inertia
 from gaitlab.parameters import parameter
 
-Side = Literal["left", "right"]
-Vector = tuple[float, float, float]
-SIDES: tuple[Side, Side] = ("left", "right")
 COUPLED = 1e-6  # rad by which the two hip yaw-pitch angles may differ, for rounding only
 
 _NAO = "published: Aldebaran H25 V4.0"
 
 
-@cache
-def _table(name: str) -> tuple[Mapping[str, str], ...]:
-    """Rows of `nao_v40_<name>.csv` beside this file."""
-    text = Path(__file__).with_name(f"nao_v40_{name}.csv").read_text(encoding="utf-8")
-    return tuple(csv.DictReader(text.splitlines()))
+LINKS, JOINTS, FORCE_SENSORS = (
+    read_table(Path(__file__).with_name(f"nao_v40_{name}.csv"))
+    for name in ("links", "joints", "force_sensors")
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +73,7 @@ class NaoSole(Sole):
 
     def sensors(self, foot: int) -> np.ndarray:
         """The four FSRs in the ankle frame, in [m]. Shape (4, 2)."""
-        table = _table("force_sensors")[4 * foot : 4 * foot + 4]
+        table = FORCE_SENSORS[4 * foot : 4 * foot + 4]
         return np.array([[float(row["x_m"]), float(row["y_m"])] for row in table])
 
 
@@ -115,14 +112,6 @@ class NaoPosture:
         -0.5, unit="rad", low=-1.5, high=-0.04, doc="negative bends it", source="assumption"
     )
 
-    def joints(self) -> Mapping[str, float]:
-        """Positions of the joints that the gait does not move and that are not at zero, [rad]."""
-        left = {"shoulder_roll": self.shoulder_roll, "elbow_yaw": self.elbow_yaw}
-        left["elbow_roll"] = self.elbow_roll
-        mirrored = {f"right_{name}": -angle for name, angle in left.items()}
-        pitch = {f"{side}_shoulder_pitch": self.shoulder_pitch for side in SIDES}
-        return {**{f"left_{name}": angle for name, angle in left.items()}, **mirrored, **pitch}
-
 
 @dataclass(frozen=True, kw_only=True)
 class Robot:
@@ -150,11 +139,10 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links: trunk, left leg, right leg, left arm, right arm, head."""
-        table = {row["link"]: row for row in _table("links")}
-        scale = self.mass / sum(float(row["mass_kg"]) for row in table.values())
-        legs_and_arms = _table("joints")[2:] + _table("joints")[:2]
-        joints = [row for row in legs_and_arms if row["child"] in table]
-        trunk = _link(table["torso"], scale, None, (0.0, 0.0, 0.0), None)
+        table = {row["link"]: row for row in LINKS}
+        scale = self.mass / sum(float(row["mass_kg"]) for row in LINKS)
+        joints = [row for row in JOINTS[2:] + JOINTS[:2] if row["child"] in table]
+        trunk = _link(table["torso"], scale, None, HERE, None)
         return Tree((trunk, *(self._jointed(row, table[row["child"]], scale) for row in joints)))
 
     def joint_targets(self, feet: FeetPoses) -> np.ndarray:
@@ -164,18 +152,33 @@ class Robot:
             Infeasible: If a sole is out of reach, a leg joint beyond its limit, or the hips would
                 have to turn by two different angles.
         """
-        legs = both_legs(lambda index: self._leg_targets(feet, index, SIDES[index]))
-        _require_coupled(legs[0][:, 0], legs[1][:, 0])
-        held = self.posture.joints()
-        others = [held.get(joint.name, 0.0) for joint in self.tree.joints[12:]]
-        return np.concatenate([*legs, np.tile(others, (len(feet.position), 1))], axis=1)
+        joints = self.tree.joints
+
+        def leg_targets(index: int) -> np.ndarray:
+            leg, limits = self.leg_of(SIDES[index], self.sole.height), joints[6 * index :][:6]
+            hip = np.array([0.0, self._hip(SIDES[index]), 0.0])
+            return six_joint_targets(leg, limits, feet, index, hip)
+
+        targets = both_legs(leg_targets, held(self.posture, joints[12:]))
+        _require_coupled(targets[:, 0], targets[:, 6])
+        return targets
+
+    def leg_of(self, side: Side, ankle_height: float = 0.0) -> SlantedLeg:
+        """Kinematics of a leg from the hip joint to the ankle, or to a sole below it, in [m]."""
+        lengths = self.leg
+        return SlantedLeg(
+            thigh=lengths.thigh, tibia=lengths.tibia, ankle_height=ankle_height, side=side
+        )
+
+    def _hip(self, side: Side) -> float:
+        return self.leg.hip_spacing if side == "left" else -self.leg.hip_spacing
 
     def limbs(self) -> Mapping[str, Limb]:
         """Both legs from the hip joint to the ankle, as in [Shaari2015]."""
         return {f"{side}_leg": self._limb(k, side) for k, side in enumerate(SIDES)}
 
     def _limb(self, index: int, side: Side) -> Limb:
-        leg = SlantedLeg(thigh=self.leg.thigh, tibia=self.leg.tibia, ankle_height=0.0, side=side)
+        leg = self.leg_of(side)
 
         def inverse(target: np.ndarray, heading: float) -> np.ndarray:
             return leg.pose_joints(homogeneous(axis_rotation("z", np.array(heading)), target)[None])
@@ -188,31 +191,7 @@ class Robot:
             inverse=inverse,
         )
 
-    def _leg_targets(self, feet: FeetPoses, index: int, side: Side) -> np.ndarray:
-        level = axis_rotation("y", -feet.trunk_pitch) @ axis_rotation("z", feet.heading[:, index])
-        spacing = self.leg.hip_spacing if side == "left" else -self.leg.hip_spacing
-        pose = homogeneous(level, feet.position[:, index] - [0.0, spacing, 0.0])
-        joints = self._leg_joints(pose, index, side)
-        added = feet.knee_only[:, index] * joints[:, 2] + feet.ankle_pitch[:, index]
-        ankle = self.tree.joints[6 * index + 4]
-        joints[:, 4] = np.clip(joints[:, 4] + added, ankle.lower, ankle.upper)
-        return joints
-
-    def _leg_joints(self, pose: np.ndarray, index: int, side: Side) -> np.ndarray:
-        """Joints of a leg; the first instant out of reach or beyond a limit is refused."""
-        leg = SlantedLeg(
-            thigh=self.leg.thigh, tibia=self.leg.tibia, ankle_height=self.sole.height, side=side
-        )
-        limits = self.tree.joints[6 * index : 6 * index + 6]
-        try:
-            joints = leg.pose_joints(pose)
-        except Infeasible as problem:
-            require_limits(problem.limb, limits, leg.pose_joints(pose[: problem.tick]))
-            raise
-        require_limits(f"{side}_leg", limits, joints)
-        return joints
-
-    def _jointed(self, row: Mapping[str, str], link: Mapping[str, str], scale: float) -> Link:
+    def _jointed(self, row: Row, link: Row, scale: float) -> Link:
         name = _snake(row["joint"])
         joint = Joint(
             name=name,
@@ -223,12 +202,15 @@ class Robot:
         )
         return _link(link, scale, _part_name(row["parent"]), self._origin(name, row), joint)
 
-    def _origin(self, joint: str, row: Mapping[str, str]) -> Vector:
+    def _origin(self, joint: str, row: Row) -> Vector:
         """Joint frame in its parent's, in [m]; the legs' lengths are parameters."""
         side, _, what = joint.partition("_")
-        across = self.leg.hip_spacing if side == "left" else -self.leg.hip_spacing
         own: dict[str, Vector] = {
-            "hip_yaw_pitch": (0.0, across, -self.leg.hip_drop),
+            "hip_yaw_pitch": (
+                0.0,
+                self._hip("left" if side == "left" else "right"),
+                -self.leg.hip_drop,
+            ),
             "knee_pitch": (0.0, 0.0, -self.leg.thigh),
             "ankle_pitch": (0.0, 0.0, -self.leg.tibia),
         }
@@ -281,9 +263,7 @@ def _servo(joint: str) -> str:
     return "nao_leg_roll" if slow else "nao_leg_pitch"
 
 
-def _link(
-    row: Mapping[str, str], scale: float, parent: str | None, origin: Vector, joint: Joint | None
-) -> Link:
+def _link(row: Row, scale: float, parent: str | None, origin: Vector, joint: Joint | None) -> Link:
     mass = float(row["mass_kg"])
     moments = (float(row["ixx"]), float(row["iyy"]), float(row["izz"]))
     centre = (float(row["com_x_m"]), float(row["com_y_m"]), float(row["com_z_m"]))

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from gaitlab.kinematics.arm import ArmGeometry
-from gaitlab.kinematics.head import HeadGeometry
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.arm import ArmLengths
+from gaitlab.kinematics.head import HeadLengths
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "eros.json").read_text())
 SIDES = {1: "left", -1: "right"}
@@ -16,14 +16,14 @@ def cases(group: str) -> list[Any]:
     return [case for case in GOLDEN[group] if isinstance(case, dict)]
 
 
-def head(case: dict[str, Any]) -> HeadGeometry:
+def head(case: dict[str, Any]) -> HeadLengths:
     lengths = GOLDEN["geometry"][case["geometry"]]["head"]
-    return HeadGeometry(neck=lengths["d1"], camera=lengths["d2"])
+    return HeadLengths(neck=lengths["d1"], camera=lengths["d2"])
 
 
-def arm(case: dict[str, Any]) -> ArmGeometry:
+def arm(case: dict[str, Any]) -> ArmLengths:
     lengths = GOLDEN["geometry"][case["geometry"]]["arm"]
-    return ArmGeometry(
+    return ArmLengths(
         shoulder_spacing=lengths["dy"],
         shoulder_drop=lengths["dz1"],
         upper_arm=lengths["dz2"],
@@ -33,7 +33,7 @@ def arm(case: dict[str, Any]) -> ArmGeometry:
 
 def leg(case: dict[str, Any]) -> Leg:
     lengths = GOLDEN["geometry"][case["geometry"]]["leg"]
-    geometry = LegGeometry(
+    geometry = LegLengths(
         hip_spacing=lengths["dy"],
         hip_drop=lengths["dz1"],
         thigh=lengths["l1"],

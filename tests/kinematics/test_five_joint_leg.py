@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.five_joint_leg import FiveJointLeg
-from gaitlab.kinematics.leg import Leg, LegGeometry
-from gaitlab.kinematics.planar_leg import angles_of, ankle_position
+from gaitlab.kinematics.planar_leg import FiveJointLeg, angles_of, ankle_position
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.kinematics.transforms import axis_rotation
 
 Side = Literal["left", "right"]
-GEOMETRY = LegGeometry(hip_spacing=0.04, hip_drop=0.03, thigh=0.08, shank=0.07)
+GEOMETRY = LegLengths(hip_spacing=0.04, hip_drop=0.03, thigh=0.08, shank=0.07)
 every_side = pytest.mark.parametrize("side", get_args(Side))
 
 

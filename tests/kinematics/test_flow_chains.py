@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.dh import chain_pose, dh_transform
-from gaitlab.kinematics.dh_arm import SIGNS, DhArm
-from gaitlab.kinematics.dh_head import DhHead
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.dh import SIGNS, DhArm, DhHead, chain_pose, dh_transform
 from gaitlab.kinematics.parallelogram import (
     dh_sole_pose,
     parallelogram_joints,
@@ -20,6 +17,7 @@ from gaitlab.kinematics.parallelogram import (
     serial_joints,
     sole_pose,
 )
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "data" / "flow.json").read_text())
@@ -45,7 +43,7 @@ def arm(case: dict[str, Any]) -> DhArm:
 
 def leg(case: dict[str, Any]) -> Leg:
     found = lengths(case, "leg")
-    geometry = LegGeometry(
+    geometry = LegLengths(
         hip_spacing=found["dy"], hip_drop=found["dz1"], thigh=found["l1"], shank=found["l2"]
     )
     side = "left" if case["sy"] == 1 else "right"

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.arm import ArmGeometry, hand_branches, hand_pose
-from gaitlab.kinematics.head import HeadGeometry, camera_pose, pointing_joints
+from gaitlab.kinematics.arm import hand_branches, hand_pose
+from gaitlab.kinematics.head import camera_pose, pointing_joints
 from gaitlab.kinematics.transforms import axis_rotation
+from gaitlab.robots.eros import ArmGeometry, HeadGeometry
 from tests.kinematics import golden
 
 TOLERANCE = 1e-9  # m and -, digits of the reference vectors

@@ -6,7 +6,7 @@ import pytest
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.arm import hand_pose
 from gaitlab.kinematics.head import camera_pose
-from gaitlab.kinematics.leg import Leg
+from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot as RobotProtocol
 from gaitlab.model.gait import FeetPoses

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.leg import Leg
+from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import GRAVITY, TrialLog
 from gaitlab.log.columns import columns

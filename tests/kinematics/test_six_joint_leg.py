@@ -5,20 +5,20 @@ import numpy as np
 import pytest
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.leg import Leg, LegGeometry
+from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from tests.kinematics import golden
 
 TOLERANCE = 1e-9  # m and rad, digits of the reference vectors
 Side = Literal["left", "right"]
 YawAxis = Literal["hip", "trunk"]
-UNEQUAL = LegGeometry(hip_spacing=0.04, hip_drop=0.03, thigh=0.11, shank=0.095)
+UNEQUAL = LegLengths(hip_spacing=0.04, hip_drop=0.03, thigh=0.11, shank=0.095)
 
 every_side = pytest.mark.parametrize("side", get_args(Side))
 every_leg = pytest.mark.parametrize("yaw_axis", get_args(YawAxis))
 
 
-def leg(side: Side, yaw_axis: YawAxis = "hip", geometry: LegGeometry = UNEQUAL) -> Leg:
+def leg(side: Side, yaw_axis: YawAxis = "hip", geometry: LegLengths = UNEQUAL) -> Leg:
     return Leg(geometry=geometry, ankle_height=0.04, side=side, yaw_axis=yaw_axis)
 
 
@@ -117,7 +117,8 @@ def test_yaw_axes_differ_by_the_swing_of_the_hip_alone(side: Side) -> None:
 
 def test_a_crouch_bends_hip_back_knee_forward_and_toe_up() -> None:
     """Equal links and an ankle 190 mm below the hip: -25.21, 50.42, -25.21 degrees."""
-    one = Leg(geometry=LegGeometry(), ankle_height=0.038, side="left")
+    lengths = LegLengths(hip_spacing=0.042, hip_drop=0.035, thigh=0.105, shank=0.105)
+    one = Leg(geometry=lengths, ankle_height=0.038, side="left")
     joints = one.flat_joints(one.hip - [0.0, 0.0, 0.228], np.array(0.0))
     np.testing.assert_allclose(
         np.degrees(joints), [0.0, 0.0, -25.21, 50.42, -25.21, 0.0], atol=0.005

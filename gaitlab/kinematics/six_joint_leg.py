@@ -30,29 +30,25 @@ import numpy as np
 
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.parameters import parameter
 
 ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
 
-_SCALED = "assumption: DARwIn-OP's proportions scaled to 52 cm, rounded"
-
 
 @dataclass(frozen=True, kw_only=True)
-class LegGeometry:
-    """Lengths between the leg's joints; hip axes intersect, ankle axes intersect."""
+class LegLengths:
+    """Lengths between the leg's joints; hip axes intersect, ankle axes intersect.
 
-    hip_spacing: float = parameter(
-        0.042, unit="m", low=0.0, high=1.0, doc="dy, trunk centre plane to the hip", source=_SCALED
-    )
-    hip_drop: float = parameter(
-        0.035, unit="m", low=0.0, high=1.0, doc="dz1, leg origin down to the hip", source=_SCALED
-    )
-    thigh: float = parameter(
-        0.105, unit="m", low=0.01, high=2.0, doc="dz3, hip to knee", source=_SCALED
-    )
-    shank: float = parameter(
-        0.105, unit="m", low=0.01, high=2.0, doc="dz4, knee to ankle", source=_SCALED
-    )
+    Attributes:
+        hip_spacing: dy, trunk centre plane to the hip, in [m].
+        hip_drop: dz1, leg origin down to the hip, in [m].
+        thigh: dz3, hip to knee, in [m].
+        shank: dz4, knee to ankle, in [m].
+    """
+
+    hip_spacing: float
+    hip_drop: float
+    thigh: float
+    shank: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +63,7 @@ class Leg:
             as [Pristovani2018] Tables 5 and 6 have it. Equal at zero yaw.
     """
 
-    geometry: LegGeometry
+    geometry: LegLengths
     ankle_height: float
     side: Literal["left", "right"]
     yaw_axis: Literal["hip", "trunk"] = "hip"
