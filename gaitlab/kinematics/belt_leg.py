@@ -3,6 +3,10 @@
 Angles are absolute: of the thigh (index 0) and of the shank (index 1) from the downward vertical of
 the trunk, positive with the lower end forward. A second belt keeps the sole parallel to the trunk.
 
+What the motors do in a stance is derived here for a point mass in the hips: massless legs, an
+upright trunk and no moment at the ankle. The ground's force on the foot is what the mass needs, and
+the virtual work of that force gives the torques.
+
 References:
     Siswoyo2008: H. Siswoyo Jo, N. Mir-Nasiri and E. Jayamani, Design and Trajectory Planning of
         Bipedal Walking Robot with Minimum Sufficient Actuation System.
@@ -15,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+GRAVITY = 9.81  # m/s^2
 ROUNDING = 1e-9  # of the leg's length, by which a straight leg may be too long
 
 
@@ -56,36 +61,6 @@ def segment_angles(ankle: np.ndarray, segment: float) -> np.ndarray:
     return np.stack([lean + bend, lean - bend], axis=-1)
 
 
-def serial_joints(angles: np.ndarray) -> np.ndarray:
-    """Hip, knee and ankle of a leg with a motor in each joint that stands alike, derived here.
-
-    Holds for velocities too. Shapes (..., 2) to (..., 3), in [rad] or [rad/s].
-    """
-    thigh, shank = angles[..., 0], angles[..., 1]
-    return np.stack([thigh, shank - thigh, -shank], axis=-1)
-
-
-def motor_torques(serial: np.ndarray) -> np.ndarray:
-    """Torques of the two belt motors that do what three motors in the joints would, derived here.
-
-    The power is the same: motor torque times absolute speed adds up to joint torque times joint
-    speed for every motion that the belts allow.
-
-    Args:
-        serial: Torques of hip, knee and ankle, in [N m]. Shape (..., 3).
-
-    Returns:
-        Torques of the thigh's and of the shank's motor, in [N m]. Shape (..., 2).
-    """
-    hip, knee, ankle = np.moveaxis(serial, -1, 0)
-    return np.stack([hip - knee, knee - ankle], axis=-1)
-
-
-def belt_reaction(serial: np.ndarray) -> np.ndarray:
-    """Moment that the sole's belt carries up to the trunk, in [N m]. Shapes (..., 3) to (...)."""
-    return np.asarray(serial[..., 2])
-
-
 class StrideAngles(NamedTuple):
     """Angles of the postures, in [rad], [Siswoyo2008] section III.A.
 
@@ -118,3 +93,82 @@ def stride_angles(
         ending_thigh=bend - lean,
         ending_shank=-(lean + bend),
     )
+
+
+class MotorEffort(NamedTuple):
+    """What one way of driving the leg costs over a stance.
+
+    Attributes:
+        peak: Largest torque of a motor, in [N m].
+        work: Positive work of the motors, in [J]; braking gives nothing back.
+        heat: Sum over the motors of the integral of torque squared, in [N^2 m^2 s].
+    """
+
+    peak: float
+    work: float
+    heat: float
+
+
+def belt_torques(
+    angles: np.ndarray, acceleration: np.ndarray, mass: float, segment: float
+) -> np.ndarray:
+    """Torques of the thigh's and of the shank's motor on the trunk.
+
+    Args:
+        angles: Thigh and shank of the supporting leg, in [rad]. Shape (n, 2).
+        acceleration: Of the hips, forward and up, in [m/s^2]. Shape (n, 2).
+        mass: Point mass in the hips, in [kg].
+        segment: Length l of thigh and of shank, in [m].
+
+    Returns:
+        In [N m]. Shape (n, 2).
+    """
+    force = mass * (acceleration + np.array([0.0, GRAVITY]))
+    lever = -segment * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    torques: np.ndarray = np.einsum("nki,ni->nk", lever, force)
+    return torques
+
+
+def joint_torques(belt: np.ndarray) -> np.ndarray:
+    """Hip and knee torques of a leg with a motor in each joint. Shapes (n, 2) to (n, 2), [N m].
+
+    The power is the same: belt torque times absolute speed is joint torque times joint speed.
+    """
+    return np.stack([belt.sum(axis=-1), belt[:, 1]], axis=-1)
+
+
+def effort(torque: np.ndarray, speed: np.ndarray, dt: float) -> MotorEffort:
+    """Cost of torques at speeds, a motor a column. Shapes (n, m) in [N m], [rad/s]; dt in [s]."""
+    power = np.maximum(torque * speed, 0.0).sum(axis=-1)
+    heat = (torque**2).sum(axis=-1)
+    peak = float(np.abs(torque).max())
+    return MotorEffort(peak, _integral(power, dt), _integral(heat, dt))
+
+
+def _integral(rate: np.ndarray, dt: float) -> float:
+    return float(0.5 * (rate[1:] + rate[:-1]).sum()) * dt
+
+
+class StanceEffort(NamedTuple):
+    """The same stance driven by belts from the trunk, and by motors in hip and knee."""
+
+    belts: MotorEffort
+    joints: MotorEffort
+
+
+def stance_effort(
+    angles: np.ndarray, acceleration: np.ndarray, dt: float, *, mass: float, segment: float
+) -> StanceEffort:
+    """Cost of a stance.
+
+    Args:
+        angles: Thigh and shank of the supporting leg, in [rad]. Shape (n, 2).
+        acceleration: Of the hips, forward and up, in [m/s^2]. Shape (n, 2).
+        dt: Time between two instants, in [s].
+        mass: Point mass in the hips, in [kg].
+        segment: Length l of thigh and of shank, in [m].
+    """
+    belt = belt_torques(angles, acceleration, mass, segment)
+    speed = np.gradient(angles, dt, axis=0)
+    relative = np.stack([speed[:, 0], speed[:, 1] - speed[:, 0]], axis=-1)
+    return StanceEffort(effort(belt, speed, dt), effort(joint_torques(belt), relative, dt))

@@ -30,8 +30,3 @@ def servo_counts(angle: np.ndarray, direction: np.ndarray | int = 1) -> np.ndarr
     """
     raw = CENTRE + np.asarray(direction) * PER_DEGREE * np.degrees(angle)
     return np.clip(np.floor(raw + 0.5), 0, HIGHEST).astype(int)
-
-
-def servo_angle(counts: np.ndarray, direction: np.ndarray | int = 1) -> np.ndarray:
-    """Angle of a position in counts, in [rad]. Shape (...)."""
-    return np.asarray(direction) * np.radians((np.asarray(counts) - CENTRE) / PER_DEGREE)

@@ -3,9 +3,10 @@
 Columns that are read here:
     limb: Rows of one limb stand together; a `leg` and an `arm` come twice, left and right.
     link, parent: Names without the side. Only the trunk has no parent.
-    joint, axis, lower_deg, upper_deg: The joint that carries the link; the left one's limits.
+    joint, axis, lower_deg, upper_deg: The joint that carries the link, and the left one's limits;
+        `lower_rad` and `upper_rad` where they are given so.
     servo: Its type, a file in `gaitlab/servos`; empty for a joint that only follows.
-    mass_kg: For `shares`; a robot may have its masses elsewhere.
+    mass_kg: Read by the robot, for instance with `shares`.
     source: Where the numbers of the row come from; for the reader.
 Where links are and how large they look follows from a robot's lengths and is given as shapes.
 """
@@ -102,11 +103,16 @@ def _link(row: Row, side: Side | None, parent: str, shape: Shape, mass: float) -
 
 def _joint(row: Row, side: Side | None) -> Joint:
     axis = cast(Axis, row["axis"])
-    lower, upper = radians(float(row["lower_deg"])), radians(float(row["upper_deg"]))
+    lower, upper = _limit(row, "lower"), _limit(row, "upper")
     if side == "right" and not turns_about_y(axis):
         lower, upper = -upper, -lower
     name = _sided(row["joint"], side)
     return Joint(name=name, axis=axis, lower=lower, upper=upper, servo=row["servo"] or None)
+
+
+def _limit(row: Row, which: str) -> float:
+    in_degrees = row.get(f"{which}_deg")
+    return radians(float(in_degrees)) if in_degrees else float(row[f"{which}_rad"])
 
 
 def turns_about_y(axis: Axis) -> bool:

@@ -18,8 +18,13 @@ from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.gaits.biped import Gait
 from gaitlab.gaits.biped_bent_knee import Gait as BentKnee
-from gaitlab.kinematics.belt_leg import ankle_position, segment_angles
-from gaitlab.kinematics.point_mass_stance import MotorEffort, StanceEffort, stance_effort
+from gaitlab.kinematics.belt_leg import (
+    MotorEffort,
+    StanceEffort,
+    ankle_position,
+    segment_angles,
+    stance_effort,
+)
 from gaitlab.papers import biped_effects
 from gaitlab.papers.biped_effects import WALK, boundary_angles, lowest_point
 from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of, text_of

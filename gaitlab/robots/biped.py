@@ -13,26 +13,25 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from pathlib import Path
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles, within_reach
-from gaitlab.model import Box, Coupling, Gantry, Joint, Link, Tree, require_limits
+from gaitlab.model import SIDES, Coupling, Gantry, Shape, Tree, require_limits
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb
+from gaitlab.model.link_table import HERE, below, links, read_table
 from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
 
-SIDES = ("left", "right")
-TRUNK_MASS = 8.0  # kg; with the legs 12 kg, an assumption as all masses
-MASSES = {"thigh": 0.95, "idler": 0.05, "shank": 0.7, "foot": 0.3}  # kg, of each leg
+LINKS = read_table(Path(__file__).with_name("biped_links.csv"))
 IDLER_INERTIA = 5e-3  # kg m^2; it never turns, and one as light as it looks stalls Bullet's solver
-LIMITS = {"hip": (-1.2, 1.2), "knee": (-1.5, 1.0)}  # rad, absolute angles; an assumption
 SAME = 1e-6  # m, how far gait and robot may disagree on where a foot is
 _SOLE = "assumption: not published"
 
@@ -86,38 +85,24 @@ class Robot:
 
     @cached_property
     def tree(self) -> Tree:
-        """Links: trunk, left leg, right leg; box sizes are plausible."""
-        box = Box(size=(0.15, 0.22, 0.30), centre=(0.0, 0.0, 0.18))
-        trunk = Link(
-            name="trunk", parent=None, origin=(0.0, 0.0, 0.0), joint=None, mass=TRUNK_MASS, box=box
-        )
-        return Tree((trunk, *(link for side in SIDES for link in self._leg(side))))
-
-    def _leg(self, side: str) -> Iterator[Link]:
-        length, across = self.segment, 0.5 * self.hip_spacing * (1.0 if side == "left" else -1.0)
-        (low, high), (under, over) = LIMITS["hip"], LIMITS["knee"]
+        """Links of `biped_links.csv`: trunk, left leg, right leg; box sizes are plausible."""
         x, y, z = self.sole.centre
+        bone, middle = (0.05, 0.05, 0.85 * self.segment), below(self.segment / 2.0)
         tread = (self.sole.length, self.sole.width, 0.012)
-        limb, here = (0.05, 0.05, 0.85 * length), (0.0, 0.0, -length / 2.0)
-        rows = (
-            ("thigh", "hip", (0.0, across, 0.0), (low, high), Box(size=limb, centre=here)),
-            ("idler", "idler", (0.0, 0.0, -length), (-high, -low), _PULLEY),
-            ("shank", "knee", (0.0, 0.0, 0.0), (under, over), Box(size=limb, centre=here)),
-            ("foot", "ankle", (0.0, 0.0, -length), (-over, -under), _tread(tread, (x, y, z))),
-        )
-        parent = "trunk"
-        for name, joint, origin, limits, box in rows:
-            link = f"{side}_{name}"
-            yield Link(
-                name=link,
-                parent=parent,
-                origin=origin,
-                joint=_joint(f"{side}_{joint}", limits, driven=joint in LIMITS),
-                mass=MASSES[name],
-                box=box,
-                inertia=(IDLER_INERTIA,) * 3 if name == "idler" else None,
+        shapes = {
+            "trunk": Shape(HERE, (0.15, 0.22, 0.30), (0.0, 0.0, 0.18)),
+            "thigh": Shape((0.0, 0.5 * self.hip_spacing, 0.0), bone, middle),
+            "idler": Shape(below(self.segment), (0.05, 0.03, 0.05)),
+            "shank": Shape(HERE, bone, middle),
+            "foot": Shape(below(self.segment), tread, (x, y, z + tread[2] / 2.0)),
+        }
+        masses = {row["link"]: float(row["mass_kg"]) for row in LINKS}
+        return Tree(
+            tuple(
+                replace(link, inertia=(IDLER_INERTIA,) * 3) if "idler" in link.name else link
+                for link in links(LINKS, shapes, masses)
             )
-            parent = link
+        )
 
     def limbs(self) -> Mapping[str, Limb]:
         """Both legs as chains of their two motors; idler and ankle follow."""
@@ -201,16 +186,3 @@ class Robot:
 def _refuse(side: str, wrong: np.ndarray, reason: str) -> None:
     if wrong.any():
         raise Infeasible(limb=f"{side}_leg", tick=int(np.argmax(wrong)), reason=reason)
-
-
-_PULLEY = Box(size=(0.05, 0.03, 0.05), centre=(0.0, 0.0, 0.0))
-
-
-def _tread(size: tuple[float, float, float], sole: tuple[float, float, float]) -> Box:
-    return Box(size=size, centre=(sole[0], sole[1], sole[2] + size[2] / 2.0))
-
-
-def _joint(name: str, limits: tuple[float, float], *, driven: bool) -> Joint:
-    """A joint about the lateral axis, positive with the lower end forward."""
-    servo = "biped_motor" if driven else None
-    return Joint(name=name, axis="-y", lower=limits[0], upper=limits[1], servo=servo)

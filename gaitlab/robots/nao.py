@@ -170,7 +170,8 @@ class Robot:
             thigh=lengths.thigh, tibia=lengths.tibia, ankle_height=ankle_height, side=side
         )
 
-    def _hip(self, side: Side) -> float:
+    def _hip(self, side: str) -> float:
+        """Lateral place of the hip, in [m]."""
         return self.leg.hip_spacing if side == "left" else -self.leg.hip_spacing
 
     def limbs(self) -> Mapping[str, Limb]:
@@ -208,7 +209,7 @@ class Robot:
         own: dict[str, Vector] = {
             "hip_yaw_pitch": (
                 0.0,
-                self._hip("left" if side == "left" else "right"),
+                self._hip(side),
                 -self.leg.hip_drop,
             ),
             "knee_pitch": (0.0, 0.0, -self.leg.thigh),

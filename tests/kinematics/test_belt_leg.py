@@ -1,4 +1,4 @@
-"""The leg on belts: inverse of its forward kinematics, and torques that do the same work."""
+"""The leg on belts: inverse of its forward kinematics, postures of a stride."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from hypothesis import strategies as st
 
 from gaitlab.kinematics.belt_leg import (
     ankle_position,
-    belt_reaction,
-    motor_torques,
     segment_angles,
-    serial_joints,
     stride_angles,
     within_reach,
 )
@@ -55,22 +52,6 @@ def test_moving_the_thigh_alone_leaves_the_shank_upright() -> None:
     before, after = ankle_position(np.array([[0.0, 0.0], [0.4, 0.0]]), SEGMENT)
     knee = SEGMENT * np.array([np.sin(0.4), -np.cos(0.4)])
     np.testing.assert_allclose(after - knee, before / 2.0, atol=1e-15)
-
-
-@given(st.lists(st.floats(-50.0, 50.0), min_size=5, max_size=5))
-def test_belt_motors_do_the_work_of_motors_in_the_joints(numbers: list[float]) -> None:
-    serial, speed = np.array(numbers[:3]), np.array(numbers[3:])
-    own = float(motor_torques(serial) @ speed)
-    assert own == pytest.approx(float(serial @ serial_joints(speed)), abs=1e-9)
-
-
-@pytest.mark.parametrize("case", GOLDEN["serial_mapping"])
-def test_the_mapping_agrees_with_the_reference_vectors(case: dict) -> None:
-    joints = serial_joints(np.array([case["phi1"], case["phi2"]]))
-    np.testing.assert_allclose(joints, [case["q_hip"], case["q_knee"], case["q_ankle"]], atol=1e-8)
-    serial = np.array([case["tau_h"], case["tau_k"], case["tau_a"]])
-    np.testing.assert_allclose(motor_torques(serial), [case["tau_m1"], case["tau_m2"]], atol=1e-8)
-    assert belt_reaction(serial) == case["belt_reaction"]
 
 
 @pytest.mark.parametrize("case", GOLDEN["strides"])
