@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
+from gaitlab.kinematics.reach import require
 from gaitlab.kinematics.transforms import homogeneous
 
 ROUNDING = 1e-9  # -, share by which a cosine or a root may miss its range
@@ -110,7 +110,14 @@ def hand_branches(
     q2 = np.arctan2(y * np.sign(length), lateral * np.sign(length))
     q1 = np.arctan2(x, z) - np.arctan2(-dz3 * np.sin(q3), -dz1 - lateral)
     joints = np.stack([np.remainder(q1 + np.pi, 2.0 * np.pi) - np.pi, q2, q3], axis=-1)
-    _require_branch(joints, np.sqrt(x**2 + y**2 + z**2)[..., 0], geometry, side)
+    longest = dz1 + dz2 + dz3
+    require(
+        np.isfinite(joints).all(axis=-1).any(axis=-1),
+        np.sqrt(x**2 + y**2 + z**2)[..., 0],
+        f"{side}_arm",
+        f"arm origin to hand would have to be {{found:.4f}} m; the arm is {longest:.4f} m long and "
+        "reaches less far ahead, aside and close by",
+    )
     return joints
 
 
@@ -128,18 +135,3 @@ def _elbow_cosines(geometry: ArmLengths, y: np.ndarray, rest: np.ndarray) -> np.
         cosine = np.where(np.abs(cosine) <= 1.0 + ROUNDING, np.clip(cosine, -1.0, 1.0), np.nan)
         bent = np.abs(dz2 + dz3 * cosine) >= np.abs(y) - ROUNDING
     return np.where(bent, cosine, np.nan)
-
-
-def _require_branch(
-    joints: np.ndarray, reach: np.ndarray, geometry: ArmLengths, side: Literal["left", "right"]
-) -> None:
-    found = np.isfinite(joints).all(axis=-1).any(axis=-1)
-    if np.all(found):
-        return
-    first = tuple(np.argwhere(~np.asarray(found))[0])
-    longest = geometry.shoulder_drop + geometry.upper_arm + geometry.forearm
-    reason = (
-        f"arm origin to hand would have to be {np.asarray(reach)[first]:.4f} m; the arm is "
-        f"{longest:.4f} m long and reaches less far ahead, aside and close by"
-    )
-    raise Infeasible(limb=f"{side}_arm", tick=int(first[0]) if first else 0, reason=reason)

@@ -31,9 +31,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
+from gaitlab.kinematics.reach import ROUNDING, require
 
-ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
 NULL = 1e-12  # m or -, below this a direction is undefined
 SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))  # of sin(q2) and sin(q4), by branch
 
@@ -293,28 +292,23 @@ class DhArm:
     def _require_reach(self, reach: np.ndarray, forearm: float) -> None:
         low, high = abs(self.upper_arm - forearm), self.upper_arm + forearm
         inside = (reach >= max(low - ROUNDING, NULL)) & (reach <= high + ROUNDING)
-        self._require(
+        require(
             inside,
             reach,
+            self.name,
             f"shoulder to tip would have to be {{found:.4f}} m, the arm spans [{low:.4f}, "
             f"{high:.4f}] m",
         )
 
     def _require_elbow(self, elbow: np.ndarray) -> None:
         length = np.linalg.norm(elbow - np.array([0.0, 0.0, self.rise]), axis=-1)
-        self._require(
+        require(
             np.abs(length - self.upper_arm) <= ROUNDING,
             length,
+            self.name,
             f"shoulder to elbow would have to be {{found:.6f}} m, it is {self.upper_arm:.6f} m; "
             "five joints take no such pose, give the tip's point alone",
         )
-
-    def _require(self, allowed: np.ndarray, found: np.ndarray, reason: str) -> None:
-        if np.all(allowed):
-            return
-        first = tuple(np.argwhere(~np.asarray(allowed))[0])
-        reason = reason.format(found=np.asarray(found)[first])
-        raise Infeasible(limb=self.name, tick=int(first[0]) if first else 0, reason=reason)
 
 
 def _lowest(line: np.ndarray) -> np.ndarray:

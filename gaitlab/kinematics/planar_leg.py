@@ -29,14 +29,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
+from gaitlab.kinematics.reach import ROUNDING, require
 from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.kinematics.transforms import axis_rotation
 
 Coupling = Literal["planar", "spatial"]
 AnkleLaw = Literal["published", "flat"]
-
-ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
 
 
 class LegAngles(NamedTuple):
@@ -73,7 +71,15 @@ def bent_leg(
         Infeasible: If the leg is too short or cannot fold so far.
     """
     reach = np.hypot(x, down)
-    _require_reach(reach, thigh, shank, limb)
+    low, high = abs(thigh - shank), thigh + shank
+    # A leg that folds up completely has no direction, hence at least a rounding error of reach.
+    require(
+        (reach >= max(low - ROUNDING, ROUNDING)) & (reach <= high + ROUNDING),
+        reach,
+        limb,
+        f"hip to ankle would have to be {{found:.4f}} m, the leg spans [{low:.4f}, {high:.4f}] m; "
+        "shorten step_length or step_height, or change hip_height",
+    )
     alpha2 = _angle_between(thigh, reach, shank)
     beta1 = _angle_between(thigh, shank, reach)
     return np.arctan2(x, down) + alpha2, np.pi - beta1
@@ -85,20 +91,6 @@ def _angle_between(
     """Angle between two sides of a triangle by the cosine rule; clipped for rounding only."""
     cosine = (one**2 + np.square(other) - np.square(opposite)) / (2.0 * one * np.asarray(other))
     return np.arccos(np.clip(cosine, -1.0, 1.0))
-
-
-def _require_reach(reach: np.ndarray, thigh: float, shank: float, limb: str) -> None:
-    low, high = abs(thigh - shank), thigh + shank
-    # A leg that folds up completely has no direction, hence at least a rounding error of reach.
-    outside = ~((reach >= max(low - ROUNDING, ROUNDING)) & (reach <= high + ROUNDING))
-    if not np.any(outside):
-        return
-    first = tuple(np.argwhere(outside)[0])
-    reason = (
-        f"hip to ankle would have to be {np.asarray(reach)[first]:.4f} m, the leg spans "
-        f"[{low:.4f}, {high:.4f}] m; shorten step_length or step_height, or change hip_height"
-    )
-    raise Infeasible(limb=limb, tick=int(first[0]) if first else 0, reason=reason)
 
 
 def leg_angles(

@@ -28,10 +28,8 @@ from typing import Literal
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
+from gaitlab.kinematics.reach import ROUNDING, require
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-
-ROUNDING = 1e-9  # m, the only distance by which a reach is forgiven
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,9 +115,10 @@ class Leg:
             Infeasible: If the ankle is out of reach or not below the hip.
         """
         x, y, z = np.moveaxis(self._ankle_from_hip(position, heading), -1, 0)
-        self._require(
+        require(
             z < 0.0,
             z,
+            self._name,
             "ankle lies {found:.4f} m above the hip, it must lie below; raise hip_height or lower"
             " step_height",
         )
@@ -166,9 +165,10 @@ class Leg:
         rotation, sole = pose[..., :3, :3], pose[..., :3, 3]
         ankle = sole + self.ankle_height * rotation[..., 2]
         r = np.einsum("...ji,...j->...i", rotation, self.hip - ankle)
-        self._require(
+        require(
             r[..., 2] > 0.0,
             r[..., 2],
+            self._name,
             "along the sole's normal the hip lies {found:.4f} m above the ankle, it must be more"
             " than 0; raise hip_height or lower step_height",
         )
@@ -197,22 +197,19 @@ class Leg:
         """Knee angle by the cosine rule, [Pristovani2018] eqs. (18) to (20) and (26)."""
         thigh, shank = self.geometry.thigh, self.geometry.shank
         low, high = abs(thigh - shank), thigh + shank
-        self._require(
+        require(
             (reach >= low - ROUNDING) & (reach <= high + ROUNDING),
             reach,
+            self._name,
             f"hip to ankle would have to be {{found:.4f}} m, the leg spans [{low:.4f}, {high:.4f}]"
             " m; shorten step_length or step_height, or change hip_height",
         )
         cosine = (thigh**2 + shank**2 - reach**2) / (2.0 * thigh * shank)
         return np.pi - np.arccos(np.clip(cosine, -1.0, 1.0))
 
-    def _require(self, reachable: np.ndarray, found: np.ndarray, reason: str) -> None:
-        if np.all(reachable):
-            return
-        first = tuple(np.argwhere(~np.asarray(reachable))[0])
-        reason = reason.format(found=np.asarray(found)[first])
-        tick = int(first[0]) if first else 0
-        raise Infeasible(limb=f"{self.side}_leg", tick=tick, reason=reason)
+    @property
+    def _name(self) -> str:
+        return f"{self.side}_leg"
 
 
 def _yaw_roll_pitch(rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

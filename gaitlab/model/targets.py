@@ -6,7 +6,7 @@ Joint positions that a limb cannot take are refused, by its name and the first i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.link_table import SIDES, turns_about_y
 from gaitlab.model.tree import Joint
+from gaitlab.parameters import parameter
 
 ROUNDING = 1e-9  # rad, the only angle by which a joint limit is forgiven
 
@@ -51,6 +52,11 @@ def both_legs(leg: Callable[[int], np.ndarray], held: Sequence[float]) -> np.nda
     return np.concatenate([*found, np.tile(held, (len(found[0]), 1))], axis=1)
 
 
+def angle(default: float, *, low: float, high: float, doc: str) -> Any:
+    """A field of a posture, in [rad], which is chosen and not published."""
+    return parameter(default, unit="rad", low=low, high=high, doc=doc, source="assumption")
+
+
 def held(posture: object, joints: Sequence[Joint]) -> list[float]:
     """Positions in which a posture has joints, in [rad]; those that it does not name are at 0.
 
@@ -62,10 +68,10 @@ def held(posture: object, joints: Sequence[Joint]) -> list[float]:
 
 def _held(posture: object, joint: Joint) -> float:
     side, _, name = joint.name.partition("_")
-    angle: float | None = getattr(posture, name if side in SIDES else joint.name, None)
-    if angle is None:
+    position: float | None = getattr(posture, name if side in SIDES else joint.name, None)
+    if position is None:
         return 0.0
-    return -angle if side == "right" and not turns_about_y(joint.axis) else angle
+    return -position if side == "right" and not turns_about_y(joint.axis) else position
 
 
 def six_joint_targets(

@@ -16,21 +16,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dynamixel import servo_counts
 from gaitlab.kinematics.head import HeadLengths, camera_pose, pointing_joints
 from gaitlab.kinematics.planar_leg import FiveJointLeg
+from gaitlab.kinematics.reach import require
 from gaitlab.kinematics.six_joint_leg import LegLengths
 from gaitlab.model import ROUNDING, SIDES, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, planar_leg_limb
 from gaitlab.model.link_table import HERE, below, links, read_table
 from gaitlab.model.soles import Sole
-from gaitlab.model.targets import both_legs, held, with_ankle
+from gaitlab.model.targets import angle, both_legs, held, with_ankle
 from gaitlab.parameters import parameter
 
 LINKS = read_table(Path(__file__).with_name("bioloid_links.csv"))
@@ -53,10 +53,6 @@ def _metres(default: float, high: float, doc: str, source: str) -> float:
 def _kilograms(default: float, high: float, doc: str, source: str) -> float:
     value: float = parameter(default, unit="kg", low=0.0, high=high, doc=doc, source=source)
     return value
-
-
-def _angle(default: float, low: float, high: float, doc: str) -> Any:
-    return parameter(default, unit="rad", low=low, high=high, doc=doc, source="assumption")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,15 +110,15 @@ class BioloidSole(Sole):
 class BioloidPosture:
     """What waist, arms and head hold unless a gait moves them; the right arm mirrors the left."""
 
-    waist_yaw: float = _angle(0.0, -1.57, 1.57, "positive turns left")
-    waist_roll: float = _angle(0.0, -0.52, 0.52, "positive leans right")
-    waist_pitch: float = _angle(0.0, -0.52, 0.78, "positive leans forward")
-    shoulder_pitch: float = _angle(0.2, -2.6, 2.6, "positive swings the arm back")
-    shoulder_roll: float = _angle(0.2, -0.17, 2.09, "positive lifts it sideways")
-    arm_yaw: float = _angle(0.0, -1.57, 1.57, "positive turns it outwards")
-    elbow: float = _angle(-0.6, -2.26, 0.0, "negative bends it forward")
-    head_pan: float = _angle(0.0, -1.57, 1.57, "positive looks left")
-    head_tilt: float = _angle(0.0, -0.78, 0.78, "positive looks down")
+    waist_yaw: float = angle(0.0, low=-1.57, high=1.57, doc="positive turns left")
+    waist_roll: float = angle(0.0, low=-0.52, high=0.52, doc="positive leans right")
+    waist_pitch: float = angle(0.0, low=-0.52, high=0.78, doc="positive leans forward")
+    shoulder_pitch: float = angle(0.2, low=-2.6, high=2.6, doc="positive swings the arm back")
+    shoulder_roll: float = angle(0.2, low=-0.17, high=2.09, doc="positive lifts it sideways")
+    arm_yaw: float = angle(0.0, low=-1.57, high=1.57, doc="positive turns it outwards")
+    elbow: float = angle(-0.6, low=-2.26, high=0.0, doc="negative bends it forward")
+    head_pan: float = angle(0.0, low=-1.57, high=1.57, doc="positive looks left")
+    head_tilt: float = angle(0.0, low=-0.78, high=0.78, doc="positive looks down")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,17 +222,15 @@ class Robot:
 
     def _leg_targets(self, feet: FeetPoses, index: int) -> np.ndarray:
         side = SIDES[index]
-        _require_straight(feet.heading[:, index], side)
+        heading = feet.heading[:, index]
+        require(
+            np.abs(heading) <= ROUNDING,
+            heading,
+            f"{side}_leg",
+            "foot would have to turn by {found:.3f} rad, the leg has no hip yaw: allowed is 0",
+        )
         position = feet.position[:, index] - [0.0, 0.0, self.hip_offset()]
         joints = self.leg_of(side).level_joints(position, feet.trunk_pitch)
         limits = self.tree.joints[5 * index : 5 * index + 5]
         require_limits(f"{side}_leg", limits, joints)
         return with_ankle(joints, limits, feet, index)
-
-
-def _require_straight(heading: np.ndarray, side: Side) -> None:
-    turned = np.flatnonzero(np.abs(heading) > ROUNDING)
-    if len(turned):
-        found = heading[turned[0]]
-        reason = f"foot would have to turn by {found:.3f} rad, the leg has no hip yaw: allowed is 0"
-        raise Infeasible(limb=f"{side}_leg", tick=int(turned[0]), reason=reason)

@@ -27,7 +27,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, leg_limb, short_arm_limb
 from gaitlab.model.link_table import HERE, below, links, read_table, shares
 from gaitlab.model.soles import Sole
-from gaitlab.model.targets import both_legs, held, six_joint_targets
+from gaitlab.model.targets import angle, both_legs, held, six_joint_targets
 from gaitlab.parameters import parameter
 
 LINKS = read_table(Path(__file__).with_name("eros_links.csv"))
@@ -145,26 +145,11 @@ class TorsoGeometry:
 class ErosPosture:
     """What arms and head hold while the legs walk; the right arm mirrors the left."""
 
-    shoulder_pitch: float = parameter(
-        0.3, unit="rad", low=-pi, high=pi, doc="positive swings the arm back", source="assumption"
-    )
-    shoulder_roll: float = parameter(
-        0.15,
-        unit="rad",
-        low=-0.26,
-        high=2.09,
-        doc="positive lifts it sideways",
-        source="assumption",
-    )
-    elbow: float = parameter(
-        -0.7, unit="rad", low=-2.44, high=0.0, doc="negative bends it forward", source="assumption"
-    )
-    head_pan: float = parameter(
-        0.0, unit="rad", low=-2.09, high=2.09, doc="positive looks left", source="assumption"
-    )
-    head_tilt: float = parameter(
-        0.0, unit="rad", low=-0.52, high=1.57, doc="positive looks down", source="assumption"
-    )
+    shoulder_pitch: float = angle(0.3, low=-pi, high=pi, doc="positive swings the arm back")
+    shoulder_roll: float = angle(0.15, low=-0.26, high=2.09, doc="positive lifts it sideways")
+    elbow: float = angle(-0.7, low=-2.44, high=0.0, doc="negative bends it forward")
+    head_pan: float = angle(0.0, low=-2.09, high=2.09, doc="positive looks left")
+    head_tilt: float = angle(0.0, low=-0.52, high=1.57, doc="positive looks down")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,7 +34,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, arm_limb, head_limb, leg_limb
 from gaitlab.model.link_table import HERE, below, links, read_table, shares
 from gaitlab.model.soles import Sole
-from gaitlab.model.targets import both_legs, held
+from gaitlab.model.targets import angle, both_legs, held
 from gaitlab.parameters import parameter
 
 LINKS = read_table(Path(__file__).with_name("flow_links.csv"))
@@ -102,15 +102,9 @@ class FlowSole(Sole):
 class FlowPosture:
     """What waist, arms and head hold while the legs walk; both arms alike."""
 
-    shoulder_lift: float = parameter(
-        0.2, unit="rad", low=0.0, high=2.79, doc="positive lifts the arm", source="assumption"
-    )
-    shoulder_turn: float = parameter(
-        1.2, unit="rad", low=-pi, high=pi, doc="0 lifts forward, pi/2 out", source="assumption"
-    )
-    elbow: float = parameter(
-        0.5, unit="rad", low=0.0, high=2.44, doc="positive bends the elbow", source="assumption"
-    )
+    shoulder_lift: float = angle(0.2, low=0.0, high=2.79, doc="positive lifts the arm")
+    shoulder_turn: float = angle(1.2, low=-pi, high=pi, doc="0 lifts forward, pi/2 out")
+    elbow: float = angle(0.5, low=0.0, high=2.44, doc="positive bends the elbow")
 
 
 @dataclass(frozen=True, kw_only=True)

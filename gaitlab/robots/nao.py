@@ -30,7 +30,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb
 from gaitlab.model.link_table import HERE, Row, read_table
 from gaitlab.model.soles import Sole
-from gaitlab.model.targets import both_legs, held, six_joint_targets
+from gaitlab.model.targets import angle, both_legs, held, six_joint_targets
 from gaitlab.model.urdf import box_of_inertia
 from gaitlab.parameters import parameter
 
@@ -99,18 +99,10 @@ class NaoLeg:
 class NaoPosture:
     """What arms and head hold while the legs walk; the right arm mirrors the left."""
 
-    shoulder_pitch: float = parameter(
-        1.4, unit="rad", low=-2.0, high=2.0, doc="positive lowers the arm", source="assumption"
-    )
-    shoulder_roll: float = parameter(
-        0.15, unit="rad", low=-0.3, high=1.3, doc="positive is outwards", source="assumption"
-    )
-    elbow_yaw: float = parameter(
-        -1.2, unit="rad", low=-2.0, high=2.0, doc="turns the bent forearm", source="assumption"
-    )
-    elbow_roll: float = parameter(
-        -0.5, unit="rad", low=-1.5, high=-0.04, doc="negative bends it", source="assumption"
-    )
+    shoulder_pitch: float = angle(1.4, low=-2.0, high=2.0, doc="positive lowers the arm")
+    shoulder_roll: float = angle(0.15, low=-0.3, high=1.3, doc="positive is outwards")
+    elbow_yaw: float = angle(-1.2, low=-2.0, high=2.0, doc="turns the bent forearm")
+    elbow_roll: float = angle(-0.5, low=-1.5, high=-0.04, doc="negative bends it")
 
 
 @dataclass(frozen=True, kw_only=True)
