@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from gaitlab.errors import Infeasible
-from gaitlab.model import Joint, Robot, require_limits
+from gaitlab.model import Robot, require_limits
 from gaitlab.model.gait import FeetPoses, Gait
 from gaitlab.model.servo import Servo
 from gaitlab.plugins import suggestion
@@ -43,33 +43,16 @@ def joint_commands(robot: Robot, feet: FeetPoses) -> np.ndarray:
         Infeasible: If a foot is out of reach, a joint beyond its limit, or the robot lacks a joint
             that the gait sets.
     """
-    targets = robot.joint_targets(feet)
-    return with_joints(robot.tree.joints, targets, feet.joints) if feet.joints else targets
-
-
-def with_joints(
-    joints: Sequence[Joint], targets: np.ndarray, given: Mapping[str, np.ndarray]
-) -> np.ndarray:
-    """Targets in which some joints are set by name.
-
-    Args:
-        joints: Joints of the robot.
-        targets: Targets to start from, in [rad]. Shape (n, joints).
-        given: Targets by joint, in [rad]. Shape (n,) each.
-
-    Raises:
-        Infeasible: If there is no such joint, or one is set beyond its limits.
-    """
-    column = {joint.name: index for index, joint in enumerate(joints)}
-    changed = targets.copy()
+    targets, given = robot.joint_targets(feet), feet.joints
+    if not given:
+        return targets
+    column = {joint.name: index for index, joint in enumerate(robot.tree.joints)}
+    commands = targets.copy()
     for name, position in given.items():
         if name not in column:
             reason = f"the robot has no joint called {name!r}{suggestion(name, column)}"
             raise Infeasible(limb=name, tick=0, reason=reason)
-        changed[:, column[name]] = position
-    require_limits("gait", [joints[column[name]] for name in given], _given(given))
-    return changed
-
-
-def _given(given: Mapping[str, np.ndarray]) -> np.ndarray:
-    return np.stack(list(given.values()), axis=-1)
+        commands[:, column[name]] = position
+    set_joints = [robot.tree.joints[column[name]] for name in given]
+    require_limits("gait", set_joints, np.stack(list(given.values()), axis=-1))
+    return commands

@@ -8,26 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from gaitlab.errors import Infeasible, WrongValue
-from gaitlab.kinematics.arm import ArmLengths, hand_branches, hand_pose
-from gaitlab.kinematics.dh import DhArm
-from gaitlab.kinematics.dynamixel import servo_counts
-from gaitlab.kinematics.planar_leg import (
-    LegAngles,
-    angles_of,
-    ankle_position,
-    joints_of,
-    leg_angles,
-)
-from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
-from gaitlab.kinematics.transforms import axis_rotation, homogeneous
+from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.model import ROUNDING, Joint
-
-Side = Literal["left", "right"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -159,24 +146,24 @@ def leg_limb(leg: Leg, joints: Sequence[Joint], origin: str) -> Limb:
     )
 
 
-def arm_limb(arm: DhArm, joints: Sequence[Joint]) -> Limb:
-    """An arm of five to seven joints; the elbow hangs as low as it can, the wrist is straight."""
-    count = len(joints)
-
-    def forward(position: np.ndarray) -> np.ndarray:
-        return arm.pose(np.pad(position, (0, len(arm.rows) - count)))
-
-    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
-        del heading  # A tip has none.
-        return arm.point_joints(target)[:, :count]
-
+def point_limb(
+    name: str,
+    joints: Sequence[Joint],
+    target: str,
+    *,
+    forward: Callable[[np.ndarray], np.ndarray],
+    inverse: Callable[[np.ndarray], np.ndarray],
+    counts: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> Limb:
+    """A limb whose end has no heading of its own: its target is a point. As `Limb` has them."""
     return Limb(
-        name=arm.name,
+        name=name,
         joints=tuple(joints),
-        target="the tip of the arm, in the frame of the shoulder",
+        target=target,
         forward=forward,
-        inverse=inverse,
+        inverse=lambda point, _heading: inverse(point),
         turns=False,
+        counts=counts,
     )
 
 
@@ -193,81 +180,10 @@ def head_limb(
         joints: Pan and tilt.
     """
 
-    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
-        del heading  # A head of two joints has none.
-        pan, tilt = pointing(target)
+    def inverse(point: np.ndarray) -> np.ndarray:
+        pan, tilt = pointing(point)
         other = pan - np.pi if pan > 0.0 else pan + np.pi
         return np.array([[pan, tilt], [other, -tilt]])
 
-    return Limb(
-        name="head",
-        joints=tuple(joints),
-        target="a point that the axis of the head goes through, in the frame of the neck's base",
-        forward=pose,
-        inverse=inverse,
-        turns=False,
-    )
-
-
-def short_arm_limb(geometry: ArmLengths, joints: Sequence[Joint], side: Side) -> Limb:
-    """An arm of three joints."""
-
-    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
-        del heading  # A hand of three joints has none.
-        found = hand_branches(geometry, target, side)
-        return found[np.isfinite(found).all(axis=-1)]
-
-    return Limb(
-        name=f"{side}_arm",
-        joints=tuple(joints),
-        target="the hand, in the frame of the arms' origin",
-        forward=lambda position: hand_pose(geometry, position, side),
-        inverse=inverse,
-        turns=False,
-    )
-
-
-def planar_leg_limb(
-    geometry: LegLengths, joints: Sequence[Joint], side: Side, directions: np.ndarray
-) -> Limb:
-    """A leg without hip yaw, its target as the Bioloid paper has it; the sole is level.
-
-    Args:
-        geometry: Lengths of the leg.
-        joints: Hip roll, hip pitch, knee, ankle pitch, ankle roll.
-        side: Which leg.
-        directions: 1 or -1, how each AX-12 is mounted. Shape (5,).
-    """
-    thigh, shank = geometry.thigh, geometry.shank
-    turned = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]])
-
-    def forward(position: np.ndarray) -> np.ndarray:
-        ankle = ankle_position(angles_of(position), thigh=thigh, shank=shank, coupling="spatial")
-        roll, *pitches, ankle_roll = position
-        sole = axis_rotation("x", roll) @ axis_rotation("y", sum(pitches))
-        return homogeneous(turned @ sole @ axis_rotation("x", ankle_roll) @ turned, ankle)
-
-    def inverse(target: np.ndarray, heading: float) -> np.ndarray:
-        del heading  # A leg without hip yaw has none.
-        found = leg_angles(
-            target,
-            thigh=thigh,
-            shank=shank,
-            coupling="spatial",
-            ankle_law="flat",
-            limb=f"{side}_leg",
-        )
-        folded = 2.0 * np.arctan2(target[0], np.hypot(target[1], target[2])) - found.alpha
-        beta = -found.beta
-        backwards = LegAngles(folded, beta, beta - folded, found.theta, found.omega)
-        return np.stack([joints_of(found), joints_of(backwards)])
-
-    return Limb(
-        name=f"{side}_leg",
-        joints=tuple(joints),
-        target="the ankle's pitch axis from the hip's: x forward, y down, z to the robot's right",
-        forward=forward,
-        inverse=inverse,
-        turns=False,
-        counts=lambda position: servo_counts(position, directions),
-    )
+    target = "a point that the axis of the head goes through, in the frame of the neck's base"
+    return point_limb("head", joints, target, forward=pose, inverse=inverse)

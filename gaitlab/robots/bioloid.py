@@ -20,23 +20,32 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.kinematics.dynamixel import servo_counts
 from gaitlab.kinematics.head import HeadLengths, camera_pose, pointing_joints
-from gaitlab.kinematics.planar_leg import FiveJointLeg
+from gaitlab.kinematics.planar_leg import (
+    FiveJointLeg,
+    LegAngles,
+    angles_of,
+    ankle_position,
+    joints_of,
+    leg_angles,
+)
 from gaitlab.kinematics.reach import require
 from gaitlab.kinematics.six_joint_leg import LegLengths
+from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.model import ROUNDING, SIDES, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
-from gaitlab.model.limbs import Limb, head_limb, planar_leg_limb
+from gaitlab.model.limbs import Limb, head_limb, point_limb
 from gaitlab.model.link_table import HERE, below, links, read_table
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held, with_ankle
 from gaitlab.parameters import parameter
+from gaitlab.servos.counts import ax_counts
 
 LINKS = read_table(Path(__file__).with_name("bioloid_links.csv"))
 # Joints whose right servo is turned over.
 MIRRORED = ("hip_pitch", "knee", "ankle_pitch", "shoulder_pitch", "elbow")
 AX_12: Vector = (0.050, 0.032, 0.040)  # m, the servo's own size
+PAPER_FRAME = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]])  # and back
 _SOLE = "assumption: the published 12 cm2 is no area of a sole that bears this robot"
 _TALL = "assumption: the parts add up to the published 40 cm"
 _SPACE = "assumption: room of two AX-12 beside each other"
@@ -193,7 +202,7 @@ class Robot:
 
     def servo_counts(self, joints: np.ndarray) -> np.ndarray:
         """Goal positions of the servos in counts, 512 at zero angle. Shape (..., 23)."""
-        return servo_counts(joints, self.servo_directions)
+        return ax_counts(joints, self.servo_directions)
 
     @cached_property
     def servo_directions(self) -> np.ndarray:
@@ -203,18 +212,44 @@ class Robot:
 
     def limbs(self) -> Mapping[str, Limb]:
         """Legs in the frame of [Setiyono], and the head."""
-        joints, body = self.tree.joints, self.upper_body
-        head = HeadLengths(neck=body.neck, camera=body.head)
-        legs = [
-            planar_leg_limb(self.leg, joints[5 * k : 5 * k + 5], side, self._leg_directions[k])
-            for k, side in enumerate(SIDES)
-        ]
+        head = HeadLengths(neck=self.upper_body.neck, camera=self.upper_body.head)
         pose, pointing = partial(camera_pose, head), partial(pointing_joints, head)
-        return {limb.name: limb for limb in (*legs, head_limb(pose, pointing, joints[-2:]))}
+        legs = [self._leg_limb(index) for index in (0, 1)]
+        head_itself = head_limb(pose, pointing, self.tree.joints[-2:])
+        return {limb.name: limb for limb in (*legs, head_itself)}
 
-    @property
-    def _leg_directions(self) -> np.ndarray:
-        return self.servo_directions[:10].reshape(2, 5)
+    def _leg_limb(self, index: int) -> Limb:
+        """A leg, its target as the paper has it; the sole is level."""
+        thigh, shank, name = self.leg.thigh, self.leg.shank, f"{SIDES[index]}_leg"
+        own = slice(5 * index, 5 * index + 5)
+        directions = self.servo_directions[own]
+
+        def forward(position: np.ndarray) -> np.ndarray:
+            ankle = ankle_position(
+                angles_of(position), thigh=thigh, shank=shank, coupling="spatial"
+            )
+            roll, *pitches, ankle_roll = position
+            sole = axis_rotation("x", roll) @ axis_rotation("y", sum(pitches))
+            sole = PAPER_FRAME @ sole @ axis_rotation("x", ankle_roll) @ PAPER_FRAME
+            return homogeneous(sole, ankle)
+
+        def inverse(point: np.ndarray) -> np.ndarray:
+            found = leg_angles(
+                point, thigh=thigh, shank=shank, coupling="spatial", ankle_law="flat", limb=name
+            )
+            folded = 2.0 * np.arctan2(point[0], np.hypot(point[1], point[2])) - found.alpha
+            beta = -found.beta
+            backwards = LegAngles(folded, beta, beta - folded, found.theta, found.omega)
+            return np.stack([joints_of(found), joints_of(backwards)])
+
+        return point_limb(
+            name,
+            self.tree.joints[own],
+            "the ankle's pitch axis from the hip's: x forward, y down, z to the robot's right",
+            forward=forward,
+            inverse=inverse,
+            counts=lambda position: ax_counts(position, directions),
+        )
 
     def leg_of(self, side: Side) -> FiveJointLeg:
         """Kinematics of a leg in the trunk's frame."""

@@ -10,7 +10,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import pi
@@ -19,12 +19,12 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.kinematics.arm import ArmLengths
+from gaitlab.kinematics.arm import ArmLengths, hand_branches, hand_pose
 from gaitlab.kinematics.head import HeadLengths, camera_pose, pointing_joints
 from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
-from gaitlab.model import SIDES, Shape, Side, Tree
+from gaitlab.model import SIDES, Joint, Shape, Side, Tree
 from gaitlab.model.gait import FeetPoses
-from gaitlab.model.limbs import Limb, head_limb, leg_limb, short_arm_limb
+from gaitlab.model.limbs import Limb, head_limb, leg_limb, point_limb
 from gaitlab.model.link_table import HERE, below, links, read_table, shares
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held, six_joint_targets
@@ -249,5 +249,18 @@ class Robot:
         limbs = [head_limb(pose, pointing, joints[18:])]
         for k, side in enumerate(SIDES):
             limbs.append(leg_limb(self.leg_of(side), joints[6 * k : 6 * k + 6], "the trunk"))
-            limbs.append(short_arm_limb(self.arm, joints[12 + 3 * k : 15 + 3 * k], side))
+            limbs.append(self._arm_limb(side, joints[12 + 3 * k : 15 + 3 * k]))
         return {limb.name: limb for limb in limbs}
+
+    def _arm_limb(self, side: Side, joints: Sequence[Joint]) -> Limb:
+        def inverse(point: np.ndarray) -> np.ndarray:
+            found = hand_branches(self.arm, point, side)
+            return found[np.isfinite(found).all(axis=-1)]
+
+        return point_limb(
+            f"{side}_arm",
+            joints,
+            "the hand, in the frame of the arms' origin",
+            forward=lambda position: hand_pose(self.arm, position, side),
+            inverse=inverse,
+        )

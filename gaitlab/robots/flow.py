@@ -16,7 +16,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import pi
@@ -29,9 +29,9 @@ from gaitlab.errors import Infeasible
 from gaitlab.kinematics.dh import DhArm, DhHead
 from gaitlab.kinematics.parallelogram import parallelogram_joints, plate_joints
 from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
-from gaitlab.model import SIDES, Coupling, Shape, Side, Tree, Vector, require_limits
+from gaitlab.model import SIDES, Coupling, Joint, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
-from gaitlab.model.limbs import Limb, arm_limb, head_limb, leg_limb
+from gaitlab.model.limbs import Limb, head_limb, leg_limb, point_limb
 from gaitlab.model.link_table import HERE, below, links, read_table, shares
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held
@@ -221,15 +221,26 @@ class Robot:
     def limbs(self) -> Mapping[str, Limb]:
         """Legs, as serial chains, arms and head, each in the frame of [Yanto]."""
         joints = replace(self, parallelogram="serial").tree.joints
-        arm, head = self.arm_joints, self.head_of()
-        found = [
+        count, head = self.arm_joints, self.head_of()
+        limbs = [
             leg_limb(self.leg_of(side), joints[6 * k : 6 * k + 6], "the pelvis")
             for k, side in enumerate(SIDES)
         ]
         for k, side in enumerate(SIDES):
-            found.append(arm_limb(self.arm_of(side), joints[13 + arm * k : 13 + arm * (k + 1)]))
-        found.append(head_limb(head.pose, head.pointing, joints[-2:]))
-        return {limb.name: limb for limb in found}
+            limbs.append(self._arm_limb(side, joints[13 + count * k : 13 + count * (k + 1)]))
+        limbs.append(head_limb(head.pose, head.pointing, joints[-2:]))
+        return {limb.name: limb for limb in limbs}
+
+    def _arm_limb(self, side: Side, joints: Sequence[Joint]) -> Limb:
+        """An arm whose elbow hangs as low as it can and whose wrist is straight."""
+        arm, count = self.arm_of(side), len(joints)
+        return point_limb(
+            arm.name,
+            joints,
+            "the tip of the arm, in the frame of the shoulder",
+            forward=lambda position: arm.pose(np.pad(position, (0, len(arm.rows) - count))),
+            inverse=lambda point: arm.point_joints(point)[:, :count],
+        )
 
     def leg_of(self, side: Side) -> Leg:
         """Serial kinematics of a leg."""

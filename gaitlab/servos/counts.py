@@ -1,6 +1,11 @@
 """Joint angles as the goal positions of Dynamixel servos, mounted straight unless a robot says so.
 
+For the AX series [Setiyono] has raw = 512 +- 3.413 angle in degrees, which rounds 1024 counts over
+300 degrees; the sign belongs to how each servo is mounted.
+
 References:
+    Setiyono: Setiyono, Rifal and Munadi, Implementation of Invers Kinematics for Movement Legs
+        Design on Humanoid Robot, Diponegoro University, Semarang.
     ROBOTIS-eManual: e-Manual of the Dynamixel AX and MX series, ROBOTIS Co., Ltd.
 """
 
@@ -11,11 +16,27 @@ from math import radians
 import numpy as np
 
 from gaitlab.errors import WrongValue
-from gaitlab.kinematics.dynamixel import servo_counts
 from gaitlab.model.limbs import Limb
 
+AX_CENTRE = 512  # counts, [Setiyono]
+AX_HIGHEST = 1023  # counts, [ROBOTIS-eManual]
+AX_PER_DEGREE = 3.413  # counts a degree, [Setiyono]; 1024 / 300
 MX_TURN = 4096  # counts a turn, [ROBOTIS-eManual]
 MX_CENTRE = 2048  # counts, [ROBOTIS-eManual]
+
+
+def ax_counts(angle: np.ndarray, direction: np.ndarray | int = 1) -> np.ndarray:
+    """Goal position of an AX servo, rounded to the nearest count and kept within 0 to 1023.
+
+    Args:
+        angle: In [rad], 0 in the middle of the servo's range. Shape (...).
+        direction: 1 or -1, how the servo is mounted. Shape (...).
+
+    Returns:
+        Whole counts. Shape (...).
+    """
+    raw = AX_CENTRE + np.asarray(direction) * AX_PER_DEGREE * np.degrees(angle)
+    return np.clip(np.floor(raw + 0.5), 0, AX_HIGHEST).astype(int)
 
 
 def mx_counts(angle: np.ndarray) -> np.ndarray:
@@ -43,7 +64,7 @@ def _counts(servo: str | None, angle: float) -> int:
     if servo is not None and servo.startswith("mx_"):
         return int(mx_counts(np.array(angle)))
     if servo is not None and servo.startswith("ax_"):
-        return int(servo_counts(np.array(angle)))
+        return int(ax_counts(np.array(angle)))
     raise WrongValue(
         f"counts of a servo {servo or 'that is none'} are not known, only those of the Dynamixel "
         "series ax_ and mx_"
