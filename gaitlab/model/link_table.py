@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
 from itertools import groupby
 from math import fsum, radians
 from pathlib import Path
@@ -26,6 +25,7 @@ from gaitlab.model.tree import Axis, Box, Joint, Link
 Side: TypeAlias = Literal["left", "right"]
 Vector: TypeAlias = tuple[float, float, float]
 Row: TypeAlias = Mapping[str, str]
+Table: TypeAlias = tuple[Row, ...]
 SIDES: tuple[Side, Side] = ("left", "right")
 PAIRED = ("leg", "arm")  # limbs that come left and right
 HERE: Vector = (0.0, 0.0, 0.0)
@@ -50,8 +50,7 @@ def below(distance: float) -> Vector:
     return (0.0, 0.0, -distance)
 
 
-@cache
-def read_table(file: Path) -> tuple[Row, ...]:
+def read_table(file: Path) -> Table:
     """Rows of a CSV file by the names of its columns."""
     return tuple(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 

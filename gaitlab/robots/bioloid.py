@@ -35,13 +35,12 @@ from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.model import ROUNDING, SIDES, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, point_limb
-from gaitlab.model.link_table import HERE, below, links, read_table
+from gaitlab.model.link_table import HERE, Table, below, links, read_table
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held, with_ankle
 from gaitlab.parameters import parameter
 from gaitlab.servos.counts import ax_counts
 
-LINKS = read_table(Path(__file__).with_name("bioloid_links.csv"))
 # Joints whose right servo is turned over.
 MIRRORED = ("hip_pitch", "knee", "ankle_pitch", "shoulder_pitch", "elbow")
 AX_12: Vector = (0.050, 0.032, 0.040)  # m, the servo's own size
@@ -136,6 +135,7 @@ class Robot:
 
     name: ClassVar[str] = "bioloid"
     feet: ClassVar[tuple[str, str]] = ("left_foot", "right_foot")
+    table: ClassVar[Table] = read_table(Path(__file__).with_name("bioloid_links.csv"))
 
     leg: BioloidLeg = field(default_factory=BioloidLeg)
     sole: BioloidSole = field(default_factory=BioloidSole)
@@ -150,7 +150,7 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links of `bioloid_links.csv`: trunk, legs, waist, arms, head, each left before right."""
-        return Tree(tuple(links(LINKS, self._shapes(), self._masses())))
+        return Tree(tuple(links(self.table, self._shapes(), self._masses())))
 
     def _masses(self) -> Mapping[str, float]:
         """Of the links: their servos, their share of the frames and what they wear, in [kg]."""
@@ -160,7 +160,7 @@ class Robot:
             row["link"]: int(row["servos_carried"]) * servo
             + float(row["frame_share"]) * frames
             + worn.get(row["link"], 0.0)
-            for row in LINKS
+            for row in self.table
         }
 
     def _shapes(self) -> Mapping[str, Shape]:

@@ -21,16 +21,15 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from gaitlab.errors import Infeasible
 from gaitlab.kinematics.belt_leg import ankle_position, segment_angles, within_reach
+from gaitlab.kinematics.reach import require
 from gaitlab.model import SIDES, Coupling, Gantry, Shape, Tree, require_limits
 from gaitlab.model.gait import FeetPoses
-from gaitlab.model.limbs import Limb
-from gaitlab.model.link_table import HERE, below, links, read_table
+from gaitlab.model.limbs import Limb, point_limb
+from gaitlab.model.link_table import HERE, Table, below, links, read_table
 from gaitlab.model.soles import Sole
 from gaitlab.parameters import parameter
 
-LINKS = read_table(Path(__file__).with_name("biped_links.csv"))
 IDLER_INERTIA = 5e-3  # kg m^2; it never turns, and one as light as it looks stalls Bullet's solver
 SAME = 1e-6  # m, how far gait and robot may disagree on where a foot is
 _SOLE = "assumption: not published"
@@ -59,6 +58,7 @@ class Robot:
 
     name: ClassVar[str] = "biped"
     feet: ClassVar[tuple[str, str]] = ("left_foot", "right_foot")
+    table: ClassVar[Table] = read_table(Path(__file__).with_name("biped_links.csv"))
     couplings: ClassVar[tuple[Coupling, ...]] = tuple(
         Coupling(f"{side}_{leader}", f"{side}_{follower}", -1.0)
         for side in SIDES
@@ -96,11 +96,11 @@ class Robot:
             "shank": Shape(HERE, bone, middle),
             "foot": Shape(below(self.segment), tread, (x, y, z + tread[2] / 2.0)),
         }
-        masses = {row["link"]: float(row["mass_kg"]) for row in LINKS}
+        masses = {row["link"]: float(row["mass_kg"]) for row in self.table}
         return Tree(
             tuple(
                 replace(link, inertia=(IDLER_INERTIA,) * 3) if "idler" in link.name else link
-                for link in links(LINKS, shapes, masses)
+                for link in links(self.table, shapes, masses)
             )
         )
 
@@ -108,14 +108,13 @@ class Robot:
         """Both legs as chains of their two motors; idler and ankle follow."""
         chain = {joint.name: joint for joint in self.tree.joints if joint.servo is not None}
         legs = (
-            Limb(
-                name=f"{side}_leg",
-                joints=(chain[f"{side}_hip"], chain[f"{side}_knee"]),
-                target="the point of the sole below the ankle, from the hip axis: x forward, z up, "
-                "y 0; the knee's angle is the shank's, from the downward vertical",
+            point_limb(
+                f"{side}_leg",
+                (chain[f"{side}_hip"], chain[f"{side}_knee"]),
+                "the point of the sole below the ankle, from the hip axis: x forward, z up, y 0; "
+                "the knee's angle is the shank's, from the downward vertical",
                 forward=self._sole_pose,
                 inverse=partial(self._branches, f"{side}_leg"),
-                turns=False,
             )
             for side in SIDES
         )
@@ -127,19 +126,14 @@ class Robot:
         pose[[0, 2], 3] = ankle_position(angles, self.segment) - [0.0, self.sole.height]
         return pose
 
-    def _branches(self, limb: str, target: np.ndarray, _heading: float) -> np.ndarray:
+    def _branches(self, limb: str, target: np.ndarray) -> np.ndarray:
         """Thigh and shank with the knee forward, then backward. Shapes (3,) to (2, 2)."""
-        x, y, z = (float(value) for value in target)
-        ankle = np.array([x, z + self.sole.height])
-        if abs(y) > SAME:
-            reason = f"y is {y:g} m, the leg moves in the plane y = 0"
-            raise Infeasible(limb=limb, tick=0, reason=reason)
-        if not within_reach(ankle, self.segment):
-            reason = (
-                f"the ankle is {np.hypot(*ankle):.4f} m from the hip, the leg reaches "
-                f"{2.0 * self.segment:.4f} m"
-            )
-            raise Infeasible(limb=limb, tick=0, reason=reason)
+        x, y, z = target
+        ankle, longest = np.array([x, z + self.sole.height]), 2.0 * self.segment
+        plane = "y is {found:g} m, the leg moves in the plane y = 0"
+        require(np.abs(y) <= SAME, y, limb, plane)
+        reach = f"the ankle is {{found:.4f}} m from the hip, the leg reaches {longest:.4f} m"
+        require(within_reach(ankle, self.segment), np.hypot(*ankle), limb, reach)
         thigh, shank = segment_angles(ankle, self.segment)
         return np.array([[thigh, shank], [shank, thigh]])
 
@@ -184,5 +178,4 @@ class Robot:
 
 
 def _refuse(side: str, wrong: np.ndarray, reason: str) -> None:
-    if wrong.any():
-        raise Infeasible(limb=f"{side}_leg", tick=int(np.argmax(wrong)), reason=reason)
+    require(~wrong, wrong, f"{side}_leg", reason)

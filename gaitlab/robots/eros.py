@@ -25,12 +25,11 @@ from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.model import SIDES, Joint, Shape, Side, Tree
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, leg_limb, point_limb
-from gaitlab.model.link_table import HERE, below, links, read_table, shares
+from gaitlab.model.link_table import HERE, Table, below, links, read_table, shares
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held, six_joint_targets
 from gaitlab.parameters import parameter
 
-LINKS = read_table(Path(__file__).with_name("eros_links.csv"))
 TREAD = 0.012  # m, thickness of the foot plate
 
 
@@ -158,6 +157,7 @@ class Robot:
 
     name: ClassVar[str] = "eros"
     feet: ClassVar[tuple[str, str]] = ("left_foot", "right_foot")
+    table: ClassVar[Table] = read_table(Path(__file__).with_name("eros_links.csv"))
 
     mass: float = parameter(
         3.50,
@@ -187,7 +187,7 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links of `eros_links.csv`: trunk, left leg, right leg, left arm, right arm, head."""
-        return Tree(tuple(links(LINKS, self._shapes(), shares(LINKS, self.mass))))
+        return Tree(tuple(links(self.table, self._shapes(), shares(self.table, self.mass))))
 
     def _shapes(self) -> Mapping[str, Shape]:
         """Where the links hang, and boxes of plausible sizes."""

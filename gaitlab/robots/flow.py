@@ -32,12 +32,11 @@ from gaitlab.kinematics.six_joint_leg import Leg, LegLengths
 from gaitlab.model import SIDES, Coupling, Joint, Shape, Side, Tree, Vector, require_limits
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb, head_limb, leg_limb, point_limb
-from gaitlab.model.link_table import HERE, below, links, read_table, shares
+from gaitlab.model.link_table import HERE, Table, below, links, read_table, shares
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held
 from gaitlab.parameters import parameter
 
-LINKS = read_table(Path(__file__).with_name("flow_links.csv"))
 TREAD = 0.015  # m, thickness of the foot plate
 BONE = 0.050  # m, breadth of thigh, shank and arm
 _TALL = "assumption: the parts add up to the published 110 cm; equal leg links follow 2 d4 in print"
@@ -113,6 +112,7 @@ class Robot:
 
     name: ClassVar[str] = "flow"
     feet: ClassVar[tuple[str, str]] = ("left_foot", "right_foot")
+    table: ClassVar[Table] = read_table(Path(__file__).with_name("flow_links.csv"))
 
     mass: float = parameter(
         12.5,
@@ -144,17 +144,17 @@ class Robot:
     @cached_property
     def tree(self) -> Tree:
         """Links of `flow_links.csv`: pelvis, left and right leg, torso, both arms, head."""
-        arm = [row["link"] for row in LINKS if row["limb"] == "arm"]
+        arm = [row["link"] for row in self.table if row["limb"] == "arm"]
         table = [
             row
-            for row in LINKS
+            for row in self.table
             if row["legs"] in ("", self.parallelogram) and row["link"] not in arm[self.arm_joints :]
         ]
         return Tree(tuple(links(table, self._shapes(), self._masses())))
 
     def _masses(self) -> Mapping[str, float]:
         """Of the links, in [kg]."""
-        masses, wrist = shares(LINKS, self.mass), self.arm_joints - 4
+        masses, wrist = shares(self.table, self.mass), self.arm_joints - 4
         if self.parallelogram == "serial":
             masses["shank"] += masses["knee_plate"]
         return {**masses, **dict.fromkeys(("hand", "wrist", "palm"), masses["hand"] / wrist)}
@@ -291,7 +291,7 @@ def _require_parallel(feet: FeetPoses) -> None:
                 f"the gait asks for {name} {amount[tick, foot]:.4f}; parallelograms keep the "
                 "sole parallel to the pelvis, so it must be 0"
             )
-            raise Infeasible(limb=f"{('left', 'right')[foot]}_leg", tick=tick, reason=reason)
+            raise Infeasible(limb=f"{SIDES[foot]}_leg", tick=tick, reason=reason)
 
 
 def _cube(edge: float) -> Vector:

@@ -8,7 +8,7 @@ from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot as RobotProtocol
 from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import get_path, parameters, set_path
-from gaitlab.robots.bioloid import LINKS, MIRRORED, Robot
+from gaitlab.robots.bioloid import MIRRORED, Robot
 from gaitlab.servos.files import load_servo
 
 ROBOT = Robot()
@@ -67,9 +67,9 @@ def test_it_stands_400_mm_tall_and_spans_550_mm() -> None:
 
 def test_it_weighs_3_kg_with_all_servos_and_frames_given_out() -> None:
     assert ROBOT.tree.mass == pytest.approx(3.0, abs=1e-12)
-    times = [1 if row["link"] in SINGLE else 2 for row in LINKS]
-    servos = [int(row["servos_carried"]) for row in LINKS]
-    frames = [float(row["frame_share"]) for row in LINKS]
+    times = [1 if row["link"] in SINGLE else 2 for row in ROBOT.table]
+    servos = [int(row["servos_carried"]) for row in ROBOT.table]
+    frames = [float(row["frame_share"]) for row in ROBOT.table]
     assert np.dot(times, servos) == 23
     assert np.dot(times, frames) == pytest.approx(1.0)
     assert load_servo("ax_12").mass == ROBOT.masses.servo

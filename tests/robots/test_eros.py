@@ -10,6 +10,7 @@ from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot as RobotProtocol
 from gaitlab.model.gait import FeetPoses
+from gaitlab.model.link_table import Row
 from gaitlab.parameters import get_path, parameters, set_path
 from gaitlab.robots.eros import Robot
 
@@ -76,6 +77,23 @@ def test_mass_is_the_parameter_and_the_links_keep_their_shares() -> None:
     assert heavy.tree.mass == pytest.approx(4.2, abs=1e-12)
     for one, other in zip(ROBOT.tree.links, heavy.tree.links, strict=True):
         assert other.mass == pytest.approx(1.2 * one.mass)
+
+
+def test_a_robot_with_a_table_of_its_own_has_its_shares_limits_and_servos() -> None:
+    def changed(row: Row) -> Row:
+        own = {"lower_deg": "-150", "servo": "mx_64", "mass_kg": "0.24"}
+        return {**row, **own} if row["link"] == "forearm" else row
+
+    class Stronger(Robot):
+        table = tuple(changed(row) for row in Robot.table)
+
+    tree, before = Stronger().tree, ROBOT.tree
+    assert tree.mass == pytest.approx(3.5, abs=1e-12)
+    assert [joint.name for joint in tree.joints] == [joint.name for joint in before.joints]
+    elbows = [joint for joint in tree.joints if "elbow" in joint.name]
+    assert [(np.degrees(elbow.lower), elbow.servo) for elbow in elbows] == [(-150.0, "mx_64")] * 2
+    forearm, old = (one.links[one.index("left_forearm")].mass for one in (tree, before))
+    assert forearm == pytest.approx(2.0 * old * 3.5 / 3.74)
 
 
 def test_left_and_right_links_mirror_each_other() -> None:
