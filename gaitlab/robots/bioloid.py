@@ -200,10 +200,6 @@ class Robot:
         others = self.tree.joints[10:]
         return both_legs(lambda index: self._leg_targets(feet, index), held(self.posture, others))
 
-    def servo_counts(self, joints: np.ndarray) -> np.ndarray:
-        """Goal positions of the servos in counts, 512 at zero angle. Shape (..., 23)."""
-        return ax_counts(joints, self.servo_directions)
-
     @cached_property
     def servo_directions(self) -> np.ndarray:
         """1 or -1 for each joint: the right pitch servos are turned over, an assumption."""

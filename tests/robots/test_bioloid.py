@@ -9,6 +9,7 @@ from gaitlab.model import Robot as RobotProtocol
 from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import get_path, parameters, set_path
 from gaitlab.robots.bioloid import MIRRORED, Robot
+from gaitlab.servos.counts import ax_counts
 from gaitlab.servos.files import load_servo
 
 ROBOT = Robot()
@@ -143,8 +144,8 @@ def test_waist_arms_and_head_hold_their_posture_within_their_limits() -> None:
 
 
 def test_servo_counts_have_one_direction_a_servo_with_right_pitch_turned_over() -> None:
-    assert ROBOT.servo_counts(np.zeros(23)).tolist() == [512] * 23
-    counts = ROBOT.servo_counts(np.full(23, 0.1))
+    assert ax_counts(np.zeros(23), ROBOT.servo_directions).tolist() == [512] * 23
+    counts = ax_counts(np.full(23, 0.1), ROBOT.servo_directions)
     for joint, count in zip(ROBOT.tree.joints, counts.tolist(), strict=True):
         turned_over = joint.name.removeprefix("right_") in MIRRORED and "right" in joint.name
         assert count == (492 if turned_over else 532), joint.name
@@ -172,5 +173,6 @@ def test_a_leg_s_counts_follow_its_servos() -> None:
     joints = limb.inverse(np.array([0.02, 0.115, 0.0]), 0.0)[0]
     all_joints = np.zeros(23)
     all_joints[5:10] = joints
+    wanted = ax_counts(all_joints, ROBOT.servo_directions)
     assert limb.counts is not None
-    assert limb.counts(joints).tolist() == ROBOT.servo_counts(all_joints)[5:10].tolist()
+    assert limb.counts(joints).tolist() == wanted[5:10].tolist()
