@@ -13,8 +13,8 @@ from pathlib import Path
 
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
-from gaitlab.render import Cut, Recorded, cut_of, write_replay
-from gaitlab.simulation.simulate import simulate
+from gaitlab.render import Clip, Recorded, clip_of, write_replay
+from gaitlab.simulation import simulate
 
 SETTINGS = [
     "surfaces=[grass_50mm]",
@@ -28,16 +28,18 @@ JOBS = 2
 def main() -> None:
     trial = next(iter(plan(load_experiment("eros_table7", SETTINGS)).trials())).trial
     shown = Recorded(trial.id, trial, simulate(trial))
-    cut = cut_of([shown.log], begin=0.0, end=10.0, fps=25.0)
-    print(f"{cut.end - cut.begin:.1f} s of walking, {len(cut.instants)} frames, {JOBS} processes")
+    clip = clip_of([shown.log], begin=0.0, end=10.0, fps=25.0)
+    print(
+        f"{clip.end - clip.begin:.1f} s of walking, {len(clip.instants)} frames, {JOBS} processes"
+    )
     with tempfile.TemporaryDirectory() as folder:
         for name in ("walk.mp4", "walk.gif"):
-            measure(shown, Path(folder) / name, cut)
+            measure(shown, Path(folder) / name, clip)
 
 
-def measure(shown: Recorded, path: Path, cut: Cut) -> None:
+def measure(shown: Recorded, path: Path, clip: Clip) -> None:
     before, started = processor_time(), time.perf_counter()
-    written = write_replay([shown], path, cut, jobs=JOBS)
+    written = write_replay([shown], path, clip, jobs=JOBS)
     wall, busy = time.perf_counter() - started, processor_time() - before
     print(
         f"{path.suffix[1:]}: {wall:.1f} s wall, {busy:.1f} s of processor, "

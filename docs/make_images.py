@@ -11,11 +11,10 @@ import numpy as np
 
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
-from gaitlab.render import Recorded, cut_of, write_replay
+from gaitlab.render import Recorded, clip_of, write_replay
 from gaitlab.render.figure_style import save
-from gaitlab.render.portrait import portrait
-from gaitlab.render.robot import stance_at
-from gaitlab.simulation.simulate import simulate
+from gaitlab.render.stills import still_figure
+from gaitlab.simulation import simulate
 
 FOLDER = Path(__file__).parent / "images"
 SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[0]"]
@@ -39,8 +38,8 @@ def draw_film(name: str, settings: list[str], begin: float, end: float | None) -
     """A piece of a walk, as `gaitlab replay` shows it."""
     trial = next(iter(plan(load_experiment("eros_table7", settings)).trials())).trial
     log = simulate(trial)
-    cut = cut_of([log], begin=begin, end=end, fps=20.0)
-    write_replay([Recorded(trial.id, trial, log)], FOLDER / f"{name}.gif", cut, size=SIZE)
+    clip = clip_of([log], begin=begin, end=end, fps=20.0)
+    write_replay([Recorded(trial.id, trial, log)], FOLDER / f"{name}.gif", clip, size=SIZE)
 
 
 def draw_portrait() -> None:
@@ -49,8 +48,8 @@ def draw_portrait() -> None:
     log = simulate(trial)
     mid_swing = np.flatnonzero(np.abs(log["gait_phase"] - 0.25) < 1e-3)
     tick = int(mid_swing[np.argmin(np.abs(log["pitch"][mid_swing]))])
-    stance = stance_at(log, trial.robot.tree, trial.robot.sole, tick)
-    save(portrait(stance, trial.surface), FOLDER, "eros_on_grass")
+    instant = float(log["time"][tick]) - log.header.startup_time
+    save(still_figure(Recorded(trial.id, trial, log), [instant]), FOLDER, "eros_on_grass")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from gaitlab.render import Cut, Recorded
+    from gaitlab.render import Clip, Recorded
     from gaitlab.store import Store
 
 MOST_PANELS = 24
@@ -98,7 +98,7 @@ def replay(
       gaitlab replay eros_quick/grass_50mm/worst --output fall.mp4
       gaitlab replay 4f7667a9 07175312 --view side --from 1 --to 3 --speed 0.25
     """
-    from gaitlab.render import cut_of, play, write_replay
+    from gaitlab.render import clip_of, play, write_replay
     from gaitlab.render.replay import checked_kind
     from gaitlab.store import Store
 
@@ -110,15 +110,15 @@ def replay(
         checked_kind(path)
     with other_output_on_stderr():
         shown = [_recorded(results, name, allow_code) for name in names]
-        cut = cut_of([each.log for each in shown], begin=begin, end=end, fps=fps, speed=speed)
+        clip = clip_of([each.log for each in shown], begin=begin, end=end, fps=fps, speed=speed)
         if gui:
-            play(_alone(shown), cut)
+            play(_alone(shown), clip)
             return 0
-        _announce(path, cut)
+        _announce(path, clip)
         written = write_replay(
             shown,
             path,
-            cut,
+            clip,
             view=view.value,
             size=wanted,
             panels=panels,
@@ -131,11 +131,11 @@ def replay(
     return 0
 
 
-def _announce(path: Path, cut: Cut) -> None:
+def _announce(path: Path, clip: Clip) -> None:
     """Say what is being done when it takes a while."""
     if path.suffix.lower() in (".gif", ".mp4"):
-        span = f"{cut.begin:.2f} to {cut.end:.2f} s"
-        tell(f"painting {plural(len(cut.instants), 'picture')} of {span} ...")
+        span = f"{clip.begin:.2f} to {clip.end:.2f} s"
+        tell(f"painting {plural(len(clip.instants), 'picture')} of {span} ...")
 
 
 def _recorded(results: Store, name: str, allow_code: bool) -> Recorded:

@@ -4,10 +4,9 @@ Here belong scene, camera and figure style; what a page says about a picture is 
 `gaitlab.report`.
 """
 
-from gaitlab.render.cut import Cut, cut_of
-from gaitlab.render.lens import View
-from gaitlab.render.replay import Written, write_replay
-from gaitlab.render.take import Recorded
-from gaitlab.render.window import play
+from gaitlab.render.camera import View
+from gaitlab.render.clip import Clip, clip_of
+from gaitlab.render.replay import Written, play, write_replay
+from gaitlab.render.scene import Recorded
 
-__all__ = ["Cut", "Recorded", "View", "Written", "cut_of", "play", "write_replay"]
+__all__ = ["Clip", "Recorded", "View", "Written", "clip_of", "play", "write_replay"]

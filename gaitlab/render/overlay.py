@@ -9,17 +9,22 @@ import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from gaitlab.render.colours import BLUE, FAINT, INK, PAPER, VERMILLION
-from gaitlab.render.lawn import BOARD_COLOUR
-from gaitlab.render.lens import Lens
-from gaitlab.render.take import Take
+from gaitlab.render.camera import Camera
+from gaitlab.render.figure_style import BLUE, FAINT, INK, PAPER, VERMILLION
+from gaitlab.render.ground import BOARD_COLOUR, TILE
+from gaitlab.render.scene import Scene
 
 REACH = 0.34  # robot heights, length of an arrow that stands for the robot's whole weight
 UNLOADED = 0.02  # of the weight; less shows no arrow
 GREY = "#6B7278"
 FOOT = 94  # units, height of the line of time and the legend
-TILE, SUPPORT, ZMP, LOAD = "a tile is 10 cm", "support polygon", "ZMP", "load on a foot"
-LEGEND = (TILE, SUPPORT, ZMP, LOAD)  # from the right
+SCALE, SUPPORT, ZMP, LOAD = (
+    f"a tile is {100 * TILE:.0f} cm",
+    "support polygon",
+    "ZMP",
+    "load on a foot",
+)
+LEGEND = (SCALE, SUPPORT, ZMP, LOAD)  # from the right
 STARTUP, WALK = "#DDE3E8", "#AEBBC6"
 
 
@@ -99,47 +104,47 @@ class Pen:
             self.polygon(np.array([*shaft, *mirrored]), fill)
 
 
-def draw_forces(pen: Pen, take: Take, frame: int, lens: Lens) -> None:
+def draw_forces(pen: Pen, scene: Scene, frame: int, camera: Camera) -> None:
     """The load on each sole, and the ZMP."""
-    for centre, force in zip(take.centres[frame], take.forces[frame], strict=True):
-        if force[2] > UNLOADED * take.weight:
-            tip = centre + REACH * take.size * force / take.weight
-            tail, head = lens.see(np.stack([centre, tip]))[:, :2]
+    for centre, force in zip(scene.centres[frame], scene.forces[frame], strict=True):
+        if force[2] > UNLOADED * scene.weight:
+            tip = centre + REACH * scene.size * force / scene.weight
+            tail, head = camera.see(np.stack([centre, tip]))[:, :2]
             pen.arrow(tail, head, VERMILLION)
-    if np.isfinite(take.zmp[frame]).all():
-        pen.dot(lens.see(take.zmp[frame])[:2], 7.5, "#000000", PAPER)
+    if np.isfinite(scene.zmp[frame]).all():
+        pen.dot(camera.see(scene.zmp[frame])[:2], 7.5, "#000000", PAPER)
 
 
-def draw_support_line(pen: Pen, take: Take, frame: int, lens: Lens, bottom: float) -> None:
+def draw_support_line(pen: Pen, scene: Scene, frame: int, camera: Camera, bottom: float) -> None:
     """The support polygon seen along the ground: a bar on the board, with the ZMP on it."""
-    loaded = take.soles[frame][take.contact[frame]]
+    loaded = scene.soles[frame][scene.contact[frame]]
     if not len(loaded):
         return
-    across = lens.see(loaded.reshape(-1, 3))[:, 0]
-    y = lens.see(np.array([*take.focus[frame], bottom]))[1]
+    across = camera.see(loaded.reshape(-1, 3))[:, 0]
+    y = camera.see(np.array([*scene.focus[frame], bottom]))[1]
     pen.box((across.min(), y - 5 * pen.unit), (across.max(), y + 5 * pen.unit), BLUE)
 
 
-def draw_head(pen: Pen, take: Take, frame: int, left: float, right: float) -> None:
+def draw_head(pen: Pen, scene: Scene, frame: int, left: float, right: float) -> None:
     """Title, caption, the gait's phase, the feet that carry load, and the fall."""
     u = pen.unit
-    pen.text((left + 24 * u, 20 * u), take.title, 34, bold=True)
+    pen.text((left + 24 * u, 20 * u), scene.title, 34, bold=True)
     size = 21.0
-    while size > 12 and pen.width(take.caption, size) > right - left - 40 * u:
+    while size > 12 and pen.width(scene.caption, size) > right - left - 40 * u:
         size -= 1
-    pen.text((left + 24 * u, 66 * u), take.caption, size, colour=GREY)
-    _phase(pen, take, frame, left + 24 * u, 104 * u)
-    if take.fallen(frame) and take.fall is not None:
-        text = f"FELL at {take.fall:.2f} s: {take.fall_cause}"
+    pen.text((left + 24 * u, 66 * u), scene.caption, size, colour=GREY)
+    _phase(pen, scene, frame, left + 24 * u, 104 * u)
+    if scene.fallen(frame) and scene.fall is not None:
+        text = f"FELL at {scene.fall:.2f} s: {scene.fall_cause}"
         width = pen.width(text, 26, bold=True) + 32 * u
         low = (left + 24 * u, 140 * u)
         pen.box(low, (low[0] + width, low[1] + 46 * u), VERMILLION)
         pen.text((low[0] + 16 * u, low[1] + 23 * u), text, 26, colour=PAPER, anchor="lm", bold=True)
 
 
-def _phase(pen: Pen, take: Take, frame: int, x: float, y: float) -> None:
+def _phase(pen: Pen, scene: Scene, frame: int, x: float, y: float) -> None:
     """A bar that fills over the gait cycle, and a box for each foot, full when it carries load."""
-    u, phase = pen.unit, take.phase[frame]
+    u, phase = pen.unit, scene.phase[frame]
     height, length = 18 * u, 170 * u
     walking = bool(np.isfinite(phase))
     pen.box((x, y), (x + length, y + height), STARTUP)
@@ -150,7 +155,7 @@ def _phase(pen: Pen, take: Take, frame: int, x: float, y: float) -> None:
     label = f"gait phase {phase:.2f}" if walking else "start-up"
     pen.text((x + length + 12 * u, y + 0.5 * height), label, 19, colour=GREY, anchor="lm")
     at = x + length + 190 * u
-    for name, loaded in zip("LR", take.contact[frame], strict=True):
+    for name, loaded in zip("LR", scene.contact[frame], strict=True):
         pen.box((at, y - 2 * u), (at + 26 * u, y + height + 2 * u), INK if loaded else STARTUP)
         colour = PAPER if loaded else GREY
         pen.text((at + 13 * u, y + 0.5 * height), name, 18, colour=colour, anchor="mm", bold=True)
@@ -158,7 +163,11 @@ def _phase(pen: Pen, take: Take, frame: int, x: float, y: float) -> None:
 
 
 def draw_foot(
-    pen: Pen, takes: tuple[Take, ...], now: float, span: tuple[float, float], size: tuple[int, int]
+    pen: Pen,
+    scenes: tuple[Scene, ...],
+    now: float,
+    span: tuple[float, float],
+    size: tuple[int, int],
 ) -> None:
     """A line of time with the start of walking, every fall and the clock; what the marks mean."""
     (width, height), u = size, pen.unit
@@ -173,9 +182,9 @@ def draw_foot(
     pen.box((place(min(max(first, 0.0), last)), y - 4 * u), (right, y + 4 * u), WALK)
     pen.box((left, y - 4 * u), (place(now), y + 4 * u), INK)
     pen.dot(np.array([place(now), y]), 9, INK, PAPER)
-    for take in takes:
-        if take.fall is not None and first <= take.fall <= last:
-            x = place(take.fall)
+    for scene in scenes:
+        if scene.fall is not None and first <= scene.fall <= last:
+            x = place(scene.fall)
             wings = np.array([[x, y - 8 * u], [x - 10 * u, y - 26 * u], [x + 10 * u, y - 26 * u]])
             pen.polygon(wings, VERMILLION)
     pen.text((width - 24 * u, y), f"{now:.2f} s", 32, anchor="rm", bold=True)

@@ -1,8 +1,15 @@
-"""A film, a strip or a drawing of trials from their logs; nothing is simulated again."""
+"""A trial shown from its log, as a film, a strip or a drawing or in a window.
+
+Nothing is simulated again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,14 +17,13 @@ import numpy as np
 from PIL.PngImagePlugin import PngInfo
 
 from gaitlab.documents.outputs import MARK, refuse_other, replaced
-from gaitlab.errors import UsageError
-from gaitlab.render.cut import Cut
-from gaitlab.render.files import require_encoder, write_gif, write_mp4
-from gaitlab.render.lens import CAMERAS, View
+from gaitlab.errors import GaitlabError, UsageError
+from gaitlab.log import TrialLog
+from gaitlab.render.camera import View
+from gaitlab.render.clip import Clip, frames, require_encoder, write_gif, write_mp4
 from gaitlab.render.painter import Painter, Style
-from gaitlab.render.strip import filmstrip
-from gaitlab.render.studio import frames
-from gaitlab.render.take import Recorded, take_of
+from gaitlab.render.scene import Recorded, joints_of, scene_of, ticks_at
+from gaitlab.render.stills import filmstrip, still_figure
 
 STARTS = {".gif": b"GIF8", ".mp4": b"\0\0\0", ".png": b"\x89PNG", ".svg": b"<?xml"}
 FILMS, STILLS = (".gif", ".mp4"), (".png", ".svg")
@@ -25,7 +31,15 @@ SIZES = {".gif": (480, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # pixels;
 BESIDE = {".gif": (640, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # of two trials
 SMALLEST, LARGEST = 160, 3840  # pixels
 SAMPLES = 3  # pictures that decide on the colours of a GIF
-INCH = 150.0  # pixels
+RATE = 60.0  # pictures a second
+PAUSE = 1.0  # s between the end and the next beginning
+WITHOUT = "--output walk.gif, walk.mp4, strip.png and frame.svg work without a screen"
+
+
+class NoScreen(GaitlabError):
+    """There is no screen to open a window on."""
+
+    exit_code = 2
 
 
 class Written(NamedTuple):
@@ -47,7 +61,7 @@ class Written(NamedTuple):
 def write_replay(
     shown: Sequence[Recorded],
     path: Path,
-    cut: Cut,
+    clip: Clip,
     *,
     view: View = "perspective",
     size: tuple[int, int] | None = None,
@@ -60,7 +74,7 @@ def write_replay(
     Args:
         shown: One or two trials.
         path: A `.gif` or `.mp4` film, a `.png` strip, or one `.svg` drawing of the last instant.
-        cut: Which instants.
+        clip: Which instants.
         view: Where to look from.
         size: Width and height in pixels, of a panel for a strip; by default that of the kind.
         panels: Instants on a strip.
@@ -76,18 +90,18 @@ def write_replay(
     kind = checked_kind(path)
     refuse_other(path, STARTS[kind], force=force)
     wide = checked_size(size or (BESIDE if len(shown) > 1 else SIZES).get(kind, (750, 780)))
-    style = Style(view=view, width=wide[0], height=wide[1], span=(cut.begin, cut.end))
+    style = Style(view=view, width=wide[0], height=wide[1], span=(clip.begin, clip.end))
     if kind in FILMS:
-        _write_film(shown, path, cut, style, jobs)
-        return Written(path, path.stat().st_size, len(cut.instants), cut.duration)
+        _write_film(shown, path, clip, style, jobs)
+        return Written(path, path.stat().st_size, len(clip.instants), clip.duration)
     if kind == ".png":
-        takes = tuple(take_of(each, cut.spread(panels).tolist()) for each in shown)
+        scenes = tuple(scene_of(each, clip.spread(panels).tolist()) for each in shown)
         with replaced(path) as part:
             facts = PngInfo()
             facts.add_text("Software", MARK)
-            filmstrip(takes, style, cut.spread(panels).tolist()).save(part, pnginfo=facts)
+            filmstrip(scenes, style, clip.spread(panels).tolist()).save(part, pnginfo=facts)
         return Written(path, path.stat().st_size, panels * len(shown), 0.0)
-    _write_drawing(shown, path, cut, style)
+    _write_drawing(shown, path, clip, view)
     return Written(path, path.stat().st_size, 1, 0.0)
 
 
@@ -122,30 +136,63 @@ def checked_size(size: tuple[int, int]) -> tuple[int, int]:
     return size[0] - size[0] % 2, size[1] - size[1] % 2
 
 
-def _write_film(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style, jobs: int) -> None:
-    instants = cut.instants
-    takes = tuple(take_of(each, instants.tolist()) for each in shown)
-    pictures = frames(takes, style, instants.tolist(), jobs)
+def _write_film(shown: Sequence[Recorded], path: Path, clip: Clip, style: Style, jobs: int) -> None:
+    instants = clip.instants
+    scenes = tuple(scene_of(each, instants.tolist()) for each in shown)
+    pictures = frames(scenes, style, instants.tolist(), jobs)
     if path.suffix.lower() == ".mp4":
-        write_mp4(path, pictures, cut.fps, cut.held)
+        write_mp4(path, pictures, clip.fps, clip.held)
         return
-    painter = Painter(takes, style)
+    painter = Painter(scenes, style)
     places = np.unique(np.linspace(0, len(instants) - 1, SAMPLES).astype(int))
     samples = [painter.frame(int(k), float(instants[k])) for k in places]
-    write_gif(path, pictures, samples, cut.fps, cut.held)
+    write_gif(path, pictures, samples, clip.fps, clip.held)
 
 
-def _write_drawing(shown: Sequence[Recorded], path: Path, cut: Cut, style: Style) -> None:
-    from gaitlab.render.portrait import portrait
-    from gaitlab.render.robot import stance_at
-
+def _write_drawing(shown: Sequence[Recorded], path: Path, clip: Clip, view: View) -> None:
     if len(shown) > 1:
         raise UsageError(f"--output {path}: a drawing shows one trial; .png, .gif and .mp4 two")
-    _, trial, log = shown[0]
-    clock = log["time"] - log.header.startup_time
-    tick = min(int(np.searchsorted(clock, cut.end - 1e-6)), len(log) - 1)
-    robot = trial.robot
-    stance = stance_at(log, robot.tree, robot.sole, tick, robot.feet)
-    figure = portrait(stance, trial.surface, camera=CAMERAS[style.view])
+    figure = still_figure(shown[0], [clip.end], view=view)
     with replaced(path) as part:
         figure.savefig(part, metadata={"Date": None, "Creator": MARK})
+
+
+def play(shown: Recorded, clip: Clip) -> None:
+    """Play a trial again and again until its window is closed.
+
+    Raises:
+        NoScreen: If no window can be opened here.
+    """
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        raise NoScreen(f"no screen: DISPLAY is not set. {WITHOUT}.")
+    # Bullet ends the process that cannot open a window, so it is one of its own.
+    player = get_context("spawn").Process(
+        target=_play, args=(shown.trial.to_dict(), shown.log, clip)
+    )
+    player.start()
+    try:
+        player.join()
+    finally:
+        if player.is_alive():
+            player.terminate()
+            player.join()
+    if player.exitcode:
+        display = os.environ.get("DISPLAY", "")
+        raise NoScreen(f"no window could be opened (DISPLAY is {display!r}). {WITHOUT}.")
+
+
+def _play(described: Mapping[str, object], log: TrialLog, clip: Clip) -> None:
+    from gaitlab.simulation.window import Window
+    from gaitlab.trial import Trial
+
+    trial = Trial.from_dict(described)
+    window = Window(trial.robot, trial.surface, log.header.standing_height)
+    position, quaternion = log.vector("trunk_"), log.vector("trunk_q", "xyzw")
+    joints = joints_of(trial.robot.tree, log)
+    started = time.monotonic()
+    while window.open:
+        passed = (time.monotonic() - started) * clip.speed
+        now = clip.begin + passed % (clip.end - clip.begin + PAUSE * clip.speed)
+        tick = ticks_at(log, [min(now, clip.end)])[0]
+        window.show(position[tick], quaternion[tick], joints[tick])
+        time.sleep(1.0 / RATE)

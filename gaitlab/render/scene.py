@@ -1,66 +1,255 @@
-"""A parallel projection of boxes, discs and blades, painted from far to near."""
+"""What a picture of a trial shows: robot, soles and loads at the instants of its frames."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
+from PIL import ImageColor
+from scipy.ndimage import gaussian_filter1d
 
+from gaitlab.kinematics.transforms import rotation_of
+from gaitlab.log import TrialLog
+from gaitlab.log.columns import FEET
+from gaitlab.log.fall import CAUSES
+from gaitlab.model import Link, LinkPoses, Tree
+from gaitlab.surfaces.surface import Surface
+from gaitlab.trial import Trial
+
+ALUMINIUM, DARK, ORANGE = "#C9D1D8", "#3A4148", "#E08A1E"
+STEEL = "#5A646D"  # links that roll, yaw or follow
+HORN = 0.011  # m, radius of the drawn servo horn
 LIGHT = np.array([0.35, -0.55, 0.76])  # direction to the lamp, world frame, unit length
 AMBIENT = 0.62  # brightness of a face that the lamp does not reach
 DISC_CORNERS = 24
+CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway
+FORCE = ("force_x", "force_y", "normal_force")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Camera:
-    """Looks at the world from far away.
-
-    Attributes:
-        azimuth: Direction in which it stands, from x to y, in [rad]; -pi/2 sees the right side
-            with x to the right.
-        elevation: Height over the horizon, in [rad].
-    """
-
-    azimuth: float
-    elevation: float
-
-    @cached_property
-    def axes(self) -> np.ndarray:
-        """Right, up and away in the world frame, as rows. Shape (3, 3)."""
-        a, e = self.azimuth, self.elevation
-        away = -np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-        right = np.array([-np.sin(a), np.cos(a), 0.0])
-        return np.stack([right, np.cross(right, away), away])
-
-    def see(self, points: np.ndarray) -> np.ndarray:
-        """Right, up and away of points in the world frame, in [m]. Shape (..., 3)."""
-        return np.asarray(points @ self.axes.T)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Faces:
-    """Polygons of one style.
+class Faces(NamedTuple):
+    """Polygons with equally many corners.
 
     Attributes:
         corners: In the world frame, in [m]. Shape (n, corners, 3).
-        colours: Red, green, blue. Shape (n, 3).
-        nearer: Added towards the camera when sorting, in [m], for what lies on a face.
-        edge: Width of the outline, in points; 0 for none.
+        colours: Red, green, blue in [0, 1]. Shape (n, 3).
     """
 
     corners: np.ndarray
     colours: np.ndarray
-    nearer: float = 0.0
-    edge: float = 0.0
+
+
+class Footprint(NamedTuple):
+    """A sole at one instant.
+
+    Attributes:
+        centre: In the world frame, in [m]. Shape (3,).
+        rotation: Of the foot in the world frame. Shape (3, 3).
+        size: Length and width, in [m].
+    """
+
+    centre: np.ndarray
+    rotation: np.ndarray
+    size: tuple[float, float]
+
+
+class Recorded(NamedTuple):
+    """A trial and what was recorded of it.
+
+    Attributes:
+        trial_id: What the store calls it.
+        trial: The trial.
+        log: Its log.
+    """
+
+    trial_id: str
+    trial: Trial
+    log: TrialLog
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scene:
+    """A trial at the instants of n frames.
+
+    Attributes:
+        title: Robot and ground.
+        caption: Gait, seed and trial.
+        tree: Links of the robot.
+        feet: Names of the left and the right foot link.
+        surface: The ground.
+        size: Height of the standing robot, in [m].
+        weight: Of the robot, in [N].
+        sole: Length and width of a sole, in [m].
+        fall: When the fall was established, on the clock of the walk, in [s]; None without one.
+        fall_cause: What established it; empty without one.
+        lane: Where the CoM and the feet have been, lowest and highest corner, in [m]. Shape (2, 2).
+        time: Clock of the walk at each frame; stands still past the ends of the log. Shape (n,).
+        poses: Of the links. Shapes (n, links, ...).
+        soles: Corners of both soles, in [m]. Shape (n, 2, 4, 3).
+        centres: Of both soles, in [m]. Shape (n, 2, 3).
+        forces: On both soles, in [N]. Shape (n, 2, 3).
+        contact: Whether each sole carries load. Shape (n, 2).
+        zmp: On the height of the loaded soles, in [m]; NaN in flight. Shape (n, 3).
+        phase: Of the gait; NaN in the start-up. Shape (n,).
+        focus: What the camera looks at: the CoM, calmed, in [m]. Shape (n, 2).
+    """
+
+    title: str
+    caption: str
+    tree: Tree
+    feet: tuple[str, str]
+    surface: Surface
+    size: float
+    weight: float
+    sole: tuple[float, float]
+    fall: float | None
+    fall_cause: str
+    lane: np.ndarray
+    time: np.ndarray
+    poses: LinkPoses
+    soles: np.ndarray
+    centres: np.ndarray
+    forces: np.ndarray
+    contact: np.ndarray
+    zmp: np.ndarray
+    phase: np.ndarray
+    focus: np.ndarray
+
+    def faces(self, frame: int) -> list[Faces]:
+        """Boxes, servo horns and eyes of the robot at a frame."""
+        return robot_faces(self.tree, self.feet, self.poses, frame)
+
+    def footprints(self, frame: int) -> list[Footprint]:
+        """The soles at a frame."""
+        rotations = self.poses.rotation[frame, [self.tree.index(foot) for foot in self.feet]]
+        return [
+            Footprint(centre, rotation, self.sole)
+            for centre, rotation in zip(self.centres[frame], rotations, strict=True)
+        ]
+
+    def fallen(self, frame: int) -> bool:
+        """Whether the fall is established at a frame."""
+        return self.fall is not None and bool(self.time[frame] >= self.fall - 1e-6)
+
+
+def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
+    """A trial at instants, in [s] since walking at full amplitude began.
+
+    Before the log its first row shows, after it the last one.
+    """
+    _, trial, log = shown
+    tree, feet, sole = trial.robot.tree, trial.robot.feet, trial.robot.sole
+    clock, ticks = log["time"] - log.header.startup_time, ticks_at(log, instants)
+    poses = link_poses(tree, log, ticks)
+    soles = _soles(trial, poses)
+    contact = log.per_foot("contact")[ticks].astype(bool)
+    com = log.vector("com_", "xy")
+    paths = np.concatenate([com, *(log.vector(f"{side}_foot_", "xy") for side in FEET)])
+    standing = robot_faces(tree, feet, link_poses(tree, log, np.array([0])))
+    return Scene(
+        title=f"{trial.names.robot.upper()} on {_spoken(trial.names.surface)}",
+        caption=(
+            f"step length {log.header.step_length:.3g} m, period {log.header.gait_period:.3g} s, "
+            f"seed {trial.seed}, trial {shown.trial_id[:8]}"
+        ),
+        tree=tree,
+        feet=feet,
+        surface=trial.surface,
+        size=float(np.ptp(all_corners(standing)[:, 2])),
+        weight=log.header.weight,
+        sole=(sole.length, sole.width),
+        fall=None if log.fall_index is None else float(clock[log.fall_index]),
+        fall_cause=_cause(log),
+        lane=np.stack([paths.min(axis=0), paths.max(axis=0)]),
+        time=clock[ticks],
+        poses=poses,
+        soles=soles,
+        centres=np.stack([log.vector(f"{side}_foot_")[ticks] for side in FEET], axis=1),
+        forces=np.stack([log.per_foot(name)[ticks] for name in FORCE], axis=-1),
+        contact=contact,
+        zmp=_zmp(log, ticks, soles, contact),
+        phase=log["gait_phase"][ticks],
+        focus=gaussian_filter1d(com, CALM / log.header.dt, axis=0, mode="nearest")[ticks],
+    )
+
+
+def span_of(log: TrialLog) -> tuple[float, float]:
+    """First and last instant of a log, in [s] since walking at full amplitude began."""
+    start = log.header.startup_time
+    return float(log["time"][0]) - start, float(log["time"][-1]) - start
+
+
+def ticks_at(log: TrialLog, instants: Sequence[float] | np.ndarray) -> np.ndarray:
+    """First rows at or after instants of the clock of the walk; past the end the last one."""
+    clock = log["time"] - log.header.startup_time
+    return np.minimum(np.searchsorted(clock, np.asarray(instants) - 1e-6), len(log) - 1)
+
+
+def joints_of(tree: Tree, log: TrialLog) -> np.ndarray:
+    """Positions of the tree's own joints; a log may have the pitch of a gantry after them."""
+    return log.joint_table("position")[:, : len(tree.joints)]
+
+
+def link_poses(tree: Tree, log: TrialLog, ticks: np.ndarray | slice = slice(None)) -> LinkPoses:
+    """World poses of a robot's links as its log has them, by default at every row."""
+    rotation = rotation_of(log.vector("trunk_q", "xyzw")[ticks])
+    return tree.poses(log.vector("trunk_")[ticks], rotation, joints_of(tree, log)[ticks])
+
+
+def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses, frame: int = 0) -> list[Faces]:
+    """Boxes, servo horns and eyes of a robot.
+
+    Args:
+        tree: Links.
+        feet: Names of the left and the right foot link.
+        poses: World poses of the links.
+        frame: Which of the instants of the poses.
+    """
+    placed = zip(tree.links, poses.position[frame], poses.rotation[frame], strict=True)
+    return [
+        face
+        for link, origin, rotation in placed
+        for face in _link_faces(link, origin, rotation, link_colour(link, feet))
+    ]
+
+
+def all_corners(faces: Sequence[Faces]) -> np.ndarray:
+    """Every corner of polygons, in [m]. Shape (points, 3)."""
+    return np.concatenate([part.corners.reshape(-1, 3) for part in faces])
+
+
+def link_colour(link: Link, feet: tuple[str, str]) -> str:
+    """Colour of a link in full light."""
+    if link.name in feet:
+        return DARK
+    return ALUMINIUM if _pitches(link) or link.parent is None else STEEL
+
+
+def _pitches(link: Link) -> bool:
+    return link.joint is not None and link.joint.axis == "y"
+
+
+def _link_faces(
+    link: Link, origin: np.ndarray, rotation: np.ndarray, colour: str
+) -> Iterator[Faces]:
+    """The box of a link; with two eyes on the head, with a servo horn on each side of a pitch."""
+    length, width, height = link.box.size
+    centre = origin + rotation @ np.array(link.box.centre)
+    yield box_faces(link.box.size, centre, rotation, colour)
+    for side in (-1.0, 1.0):
+        if link.name == "head":
+            eye = np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
+            yield _disc(centre + rotation @ eye, rotation[:, 0], 0.1 * width, DARK)
+        elif _pitches(link):
+            reach = side * (0.5 * width + 0.001) + link.box.centre[1]
+            yield _disc(origin + reach * rotation[:, 1], side * rotation[:, 1], HORN, ORANGE)
 
 
 def box_faces(
-    size: Sequence[float], centre: np.ndarray, rotation: np.ndarray, colour: str, edge: float = 0.5
+    size: Sequence[float], centre: np.ndarray, rotation: np.ndarray, colour: str
 ) -> Faces:
     """The six faces of a box, lit by the lamp.
 
@@ -69,82 +258,74 @@ def box_faces(
         centre: In the world frame, in [m]. Shape (3,).
         rotation: Of the box in the world frame. Shape (3, 3).
         colour: Of a face in full light.
-        edge: Width of the outline, in points.
     """
-    corners, normals = _unit_box()
-    placed = centre + (corners * np.asarray(size)) @ rotation.T
-    return Faces(corners=placed, colours=lit(colour, normals @ rotation.T), edge=edge)
+    corners = centre + (_CUBE * np.asarray(size)) @ rotation.T
+    return Faces(corners, lit(colour, 2.0 * _CUBE.mean(axis=1) @ rotation.T))
 
 
-def _unit_box() -> tuple[np.ndarray, np.ndarray]:
-    """Faces (6, 4, 3) of a cube of edge 1 about the origin and their normals (6, 3)."""
-    faces, normals = [], []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
-            normal = sign * np.eye(3)[axis]
-            faces.append([0.5 * (normal + a * u + b * v) for a, b in _RING])
-            normals.append(normal)
-    return np.array(faces), np.array(normals)
+def _cube() -> np.ndarray:
+    """Faces of a cube of edge 1 about the origin. Shape (6, 4, 3)."""
+    ring = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    axes = np.eye(3)
+    return np.array(
+        [
+            [
+                0.5 * (sign * axes[axis] + a * axes[(axis + 1) % 3] + b * axes[(axis + 2) % 3])
+                for a, b in ring
+            ]
+            for axis in range(3)
+            for sign in (-1.0, 1.0)
+        ]
+    )
 
 
-_RING = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+_CUBE = _cube()
 
 
-def disc(
-    centre: np.ndarray, normal: np.ndarray, radius: float, colour: str, *, nearer: float = 0.0
-) -> Faces:
+def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Faces:
     """A disc about a point, all in the world frame, in [m]."""
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, helper)
+    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u /= np.linalg.norm(u)
-    v = np.cross(normal, u)
     angle = np.linspace(0.0, 2.0 * np.pi, DISC_CORNERS, endpoint=False)[:, None]
-    ring = centre + radius * (np.cos(angle) * u + np.sin(angle) * v)
-    return Faces(corners=ring[None], colours=lit(colour, normal[None]), nearer=nearer, edge=0.4)
+    ring = centre + radius * (np.cos(angle) * u + np.sin(angle) * np.cross(normal, u))
+    return Faces(ring[None], lit(colour, normal[None]))
 
 
 def lit(colour: str, normals: np.ndarray) -> np.ndarray:
-    """Colour of faces under the lamp. Shape (n, 3)."""
+    """Colour of faces under the lamp, in [0, 1]. Shape (n, 3)."""
     shade = AMBIENT + (1.0 - AMBIENT) * np.clip(normals @ LIGHT, 0.0, 1.0)
-    return np.clip(np.array(to_rgb(colour)) * shade[:, None], 0.0, 1.0)
+    return np.clip(np.array(channels(colour)) * shade[:, None], 0.0, 1.0)
 
 
 def channels(colour: str) -> tuple[float, float, float]:
     """Red, green and blue of a colour, in [0, 1]."""
-    red, green, blue = to_rgb(colour)
-    return red, green, blue
+    red, green, blue = ImageColor.getrgb(colour)[:3]
+    return red / 255.0, green / 255.0, blue / 255.0
 
 
-def faded(faces: Faces, share: float) -> Faces:
-    """The faces, mixed with white paper by a share."""
-    return Faces(
-        corners=faces.corners,
-        colours=faces.colours * (1.0 - share) + share,
-        nearer=faces.nearer,
-        edge=faces.edge,
-    )
+def _soles(trial: Trial, poses: LinkPoses) -> np.ndarray:
+    corners = []
+    for side, name in enumerate(trial.robot.feet):
+        link = trial.robot.tree.index(name)
+        local = trial.robot.sole.corners(side)[[0, 1, 3, 2]]  # around the sole
+        turned = local @ np.swapaxes(poses.rotation[:, link], 1, 2)
+        corners.append(poses.position[:, link, None] + turned)
+    return np.stack(corners, axis=1)
 
 
-def paint(axes: Axes, camera: Camera, faces: Sequence[Faces], *, zorder: float = 1.0) -> None:
-    """Paint polygons from far to near; those that turn their back hide behind the others."""
-    depth, order = [], []
-    for i, part in enumerate(faces):
-        away = camera.see(part.corners.mean(axis=1))[:, 2] - part.nearer
-        depth.append(away)
-        order.append(np.column_stack([np.full(len(away), i), np.arange(len(away))]))
-    ranked = np.concatenate(order)[np.argsort(-np.concatenate(depth), kind="stable")]
-    seen = [camera.see(part.corners)[..., :2] for part in faces]
-    colours = np.array([faces[i].colours[j] for i, j in ranked])
-    widths = [faces[i].edge for i, _ in ranked]
-    outlines = np.where(np.array(widths)[:, None] > 0, 0.45 * colours, colours)
-    polygons = PolyCollection(
-        [seen[i][j] for i, j in ranked],
-        facecolors=colours,
-        edgecolors=outlines,
-        linewidths=widths,
-        joinstyle="round",
-        zorder=zorder,
-        rasterized=True,
-    )
-    axes.add_collection(polygons)
+def _zmp(log: TrialLog, ticks: np.ndarray, soles: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """The ZMP with the mean height of the soles that carry load."""
+    height = soles[..., 2].mean(axis=2)
+    loaded = np.where(contact, height, 0.0).sum(axis=1) / np.maximum(contact.sum(axis=1), 1)
+    return np.column_stack([log.vector("zmp_", "xy")[ticks], loaded])
+
+
+def _spoken(surface: str) -> str:
+    """A surface as a reader calls it: `grass_50mm` becomes `grass 50 mm`."""
+    return re.sub(r"(\d)mm\b", r"\1 mm", Path(surface).stem.replace("_", " "))
+
+
+def _cause(log: TrialLog) -> str:
+    if log.fall_index is None:
+        return ""
+    return CAUSES[int(log["fall_cause"][log.fall_index])].replace("_", " ")

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.log import TrialLog
+from gaitlab.render import Recorded
 from gaitlab.render.figure_style import save
-from gaitlab.render.portrait import filmstrip
+from gaitlab.render.stills import still_figure
 from gaitlab.report.falls import fallen
 from gaitlab.report.figures.balance import OUTSIDE, WalkPanel, balance_figure
 from gaitlab.report.figures.foot_paths import CYCLES, foot_figure
@@ -21,7 +22,6 @@ from gaitlab.report.representative import RepresentativeTrial, representative_ce
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Value
 from gaitlab.report.words import place_text, surface_text
-from gaitlab.simulation.trial import Trial
 
 FRAMES = 5
 BEFORE = 1.0  # s, first frame before the fall is established; most falls take less
@@ -106,8 +106,7 @@ class Shot:
 
     label: str
     seed: int
-    trial: Trial
-    log: TrialLog
+    shown: Recorded
 
 
 def strip_blocks(results: Results, folder: Path) -> list[str]:
@@ -115,17 +114,10 @@ def strip_blocks(results: Results, folder: Path) -> list[str]:
     shots = _shots(results)
     if not shots:
         return []
-    times = _walking_times(shots[0].log)
+    times = _walking_times(shots[0].shown.log)
     blocks = []
     for name, shot in zip(("fall", "same_seed"), shots, strict=False):
-        figure = filmstrip(
-            shot.log,
-            shot.trial.robot.tree,
-            shot.trial.robot.sole,
-            shot.trial.surface,
-            _ticks(shot.log, times),
-            feet=shot.trial.robot.feet,
-        )
+        figure = still_figure(shot.shown, times)
         save(figure, folder, name)
         blocks.append(image(f"{shot.label}, seed {shot.seed}, frame by frame", f"{name}.png"))
     return [*blocks, _caption(shots)]
@@ -156,12 +148,8 @@ def _height(results: Results, falls: pd.DataFrame, surface: str) -> float:
 
 def _shot(results: Results, row: pd.Series) -> Shot:
     name = str(row["trial_id"])
-    return Shot(
-        label=str(row["variant"]),
-        seed=int(row["seed"]),
-        trial=results.trial(name),
-        log=results.log(name),
-    )
+    shown = Recorded(name, results.trial(name), results.log(name))
+    return Shot(label=str(row["variant"]), seed=int(row["seed"]), shown=shown)
 
 
 def _walking_times(log: TrialLog) -> np.ndarray:
@@ -170,18 +158,12 @@ def _walking_times(log: TrialLog) -> np.ndarray:
     return np.linspace(max(end - BEFORE, log["time"][0]), end, FRAMES) - log.header.startup_time
 
 
-def _ticks(log: TrialLog, times: np.ndarray) -> list[int]:
-    """Ticks nearest to the instants; past its end the last one."""
-    ticks = np.searchsorted(log["time"] - log.header.startup_time, times - 1e-6)
-    return [int(tick) for tick in np.minimum(ticks, len(log) - 1)]
-
-
 def _caption(shots: Sequence[Shot]) -> str:
-    first = shots[0]
+    first, walked = shots[0], shots[0].shown.trial
     text = (
         f"The first fall on the highest pile: *{escape(first.label)}* on "
-        f"{escape(surface_text(first.trial.names.surface))}, seed {first.seed}, "
-        f"step length {first.trial.gait.step_length:.3g} m, the last frame when the fall is "
+        f"{escape(surface_text(walked.names.surface))}, seed {first.seed}, "
+        f"step length {walked.gait.step_length:.3g} m, the last frame when the fall is "
         "established."
     )
     if len(shots) > 1:

@@ -20,8 +20,7 @@ import numpy as np
 from gaitlab.log.columns import FEET, Column, columns
 from gaitlab.model import Link
 from gaitlab.render.export.recorded import NANOSECONDS, ExportedTrial
-from gaitlab.render.robot import link_colour
-from gaitlab.render.scene import channels
+from gaitlab.render.scene import channels, link_colour
 
 Json: TypeAlias = "Mapping[str, Json] | list[Json] | str | float | int | bool | None"
 Message: TypeAlias = tuple[int, Json]

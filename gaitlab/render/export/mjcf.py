@@ -19,8 +19,7 @@ from gaitlab.log import GRAVITY
 from gaitlab.model import GANTRY_PITCH, Joint, Link, Robot, couplings_of, gantry_of
 from gaitlab.model.soles import SUPPORT_RADIUS
 from gaitlab.model.urdf import box_inertia
-from gaitlab.render.robot import link_colour
-from gaitlab.render.scene import channels
+from gaitlab.render.scene import channels, link_colour
 
 _AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1", "-x": "-1 0 0", "-y": "0 -1 0", "-z": "0 0 -1"}
 

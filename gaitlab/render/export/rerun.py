@@ -14,8 +14,7 @@ import numpy as np
 
 from gaitlab.log.columns import FEET, columns
 from gaitlab.render.export.recorded import NANOSECONDS, ExportedTrial
-from gaitlab.render.robot import link_colour
-from gaitlab.render.scene import channels
+from gaitlab.render.scene import channels, link_colour
 
 if TYPE_CHECKING:
     import rerun

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.errors import UsageError
-from gaitlab.render import Cut, cut_of
+from gaitlab.render import Clip, clip_of
 from tests.synthetic import fall, walk
 
 
@@ -16,7 +16,7 @@ from tests.synthetic import fall, walk
 def test_instants_are_evenly_spaced_and_end_at_the_end(
     begin: float, length: float, fps: float, speed: float
 ) -> None:
-    instants = Cut(begin=begin, end=begin + length, fps=fps, speed=speed).instants
+    instants = Clip(begin=begin, end=begin + length, fps=fps, speed=speed).instants
     assert instants[0] == begin
     assert instants[-1] == pytest.approx(begin + length, abs=1e-2 * speed / fps)
     steps = instants[1:-1] - instants[:-2]
@@ -24,15 +24,15 @@ def test_instants_are_evenly_spaced_and_end_at_the_end(
 
 
 def test_half_the_speed_takes_twice_the_pictures() -> None:
-    fast, slow = (Cut(begin=0.0, end=4.0, speed=speed) for speed in (1.0, 0.5))
+    fast, slow = (Clip(begin=0.0, end=4.0, speed=speed) for speed in (1.0, 0.5))
     assert len(slow.instants) - 1 == 2 * (len(fast.instants) - 1)
 
 
 def test_two_trials_share_the_clock_of_the_longer_one() -> None:
     short, long = fall(at=1.0), walk(cycles=6.0)
-    cut = cut_of([short, long])
-    assert cut.end == pytest.approx(long["time"][-1] - long.header.startup_time)
-    assert cut.begin == pytest.approx(long["time"][0] - long.header.startup_time)
+    clip = clip_of([short, long])
+    assert clip.end == pytest.approx(long["time"][-1] - long.header.startup_time)
+    assert clip.begin == pytest.approx(long["time"][0] - long.header.startup_time)
 
 
 @pytest.mark.parametrize(
@@ -47,6 +47,6 @@ def test_two_trials_share_the_clock_of_the_longer_one() -> None:
         {"fps": 240.0, "speed": 1e-4},
     ],
 )
-def test_a_cut_without_pictures_is_refused_with_what_is_allowed(asked: dict[str, float]) -> None:
+def test_a_clip_without_pictures_is_refused_with_what_is_allowed(asked: dict[str, float]) -> None:
     with pytest.raises(UsageError, match=r"allowed|recorded in between|frames"):
-        cut_of([walk()], **asked)
+        clip_of([walk()], **asked)
