@@ -1,16 +1,20 @@
-"""Which formats there are, and what each needs."""
+"""Which formats there are and what each needs; CSV, which needs nothing."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
+import numpy as np
+
 from gaitlab.documents.outputs import MARK, refuse_other, replaced
+from gaitlab.documents.printable import csv_cell
 from gaitlab.errors import UsageError
-from gaitlab.render.export.csv import write_csv
+from gaitlab.log.columns import Column, columns
 from gaitlab.render.export.mcap import write_mcap
 from gaitlab.render.export.model import write_model
 from gaitlab.render.export.recorded import ExportedTrial
@@ -42,8 +46,34 @@ class _Writer(NamedTuple):
     mark: bytes = MARK.encode()
 
 
+def _write_csv(shown: ExportedTrial, files: Sequence[Path]) -> None:
+    """One row a tick, the unit in every column's name.
+
+    Read as float32, every number is the one that was recorded.
+    """
+    described = columns(shown.log.header.joints)
+    texts = [_texts(shown.log.arrays[column.name]) for column in described]
+    with files[0].open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([csv_cell(_title(column)) for column in described])
+        writer.writerows(zip(*texts, strict=True))
+
+
+def _title(column: Column) -> str:
+    """`trunk_x [m]`; a name alone for what has no unit."""
+    return column.name if column.unit == "-" else f"{column.name} [{column.unit}]"
+
+
+def _texts(array: np.ndarray) -> list[str]:
+    """Shortest texts that read back as the same number; NaN is an empty field, true is 1."""
+    if array.dtype == bool:
+        array = array.astype(np.int8)
+    texts: list[str] = array.astype(str).tolist()
+    return ["" if text == "nan" else text for text in texts]
+
+
 _WRITERS: dict[Format, _Writer] = {
-    "csv": _Writer(write_csv, ".csv", b"time [s],", mark=b",gait_phase,"),
+    "csv": _Writer(_write_csv, ".csv", b"time [s],", mark=b",gait_phase,"),
     "mcap": _Writer(write_mcap, ".mcap", b"\x89MCAP", "mcap", "mcap"),
     "rerun": _Writer(write_rerun, ".rrd", b"RRF", "rerun", "rerun-sdk"),
     "mjcf-urdf": _Writer(write_model, "", b"<", endings=(".urdf", ".xml")),

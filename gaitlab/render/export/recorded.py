@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitlab.kinematics.transforms import quaternion_of, rotation_of
+from gaitlab.kinematics.transforms import quaternion_of
 from gaitlab.log import TrialLog
 from gaitlab.model import LinkPoses
-from gaitlab.simulation.trial import Trial
+from gaitlab.render.scene import link_poses
 from gaitlab.store.record import TrialRecord
 
 NANOSECONDS = 1e9  # in a second
@@ -39,11 +39,7 @@ class ExportedTrial:
     @cached_property
     def poses(self) -> LinkPoses:
         """Pose of every link at every row."""
-        log, tree = self.log, self.trial.robot.tree
-        # A log may have the pitch of a gantry after the tree's own joints.
-        joints = log.joint_table("position")[:, : len(tree.joints)]
-        rotation = rotation_of(log.vector("trunk_q", "xyzw"))
-        return tree.poses(log.vector("trunk_"), rotation, joints)
+        return link_poses(self.trial.robot.tree, self.log)
 
     @cached_property
     def quaternions(self) -> np.ndarray:
