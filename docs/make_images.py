@@ -1,4 +1,4 @@
-"""The pictures and films of the README, drawn from simulated walks.
+"""The films of the README, drawn from simulated walks.
 
 python docs/make_images.py
 """
@@ -7,19 +7,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.render import Recorded, clip_of, write_replay
-from gaitlab.render.figure_style import save
-from gaitlab.render.stills import still_figure
 from gaitlab.simulation import simulate
 
 FOLDER = Path(__file__).parent / "images"
-SETTINGS = ["surfaces=[grass_30mm]", "grid={gait.step_length: [0.02]}", "seeds=[0]"]
-
-
 FILMS = {  # what is simulated, and the piece of it that is shown, in [s]
     "walk": (["surfaces=[grass_30mm]", "grid={gait.step_length: [0.04]}", "seeds=[1]"], 3.0, 5.0),
     "fall": (["surfaces=[grass_50mm]", "grid={gait.step_length: [0.08]}", "seeds=[2]"], 0.5, None),
@@ -29,7 +22,6 @@ SIZE = (440, 340)  # pixels
 
 def main() -> None:
     """Draw everything."""
-    draw_portrait()
     for name, (settings, begin, end) in FILMS.items():
         draw_film(name, settings, begin, end)
 
@@ -40,16 +32,6 @@ def draw_film(name: str, settings: list[str], begin: float, end: float | None) -
     log = simulate(trial)
     clip = clip_of([log], begin=begin, end=end, fps=20.0)
     write_replay([Recorded(trial.id, trial, log)], FOLDER / f"{name}.gif", clip, size=SIZE)
-
-
-def draw_portrait() -> None:
-    """EROS in mid-swing on 30 mm grass, at the instant in which its trunk is most upright."""
-    trial = next(iter(plan(load_experiment("eros_table7", SETTINGS)).trials())).trial
-    log = simulate(trial)
-    mid_swing = np.flatnonzero(np.abs(log["gait_phase"] - 0.25) < 1e-3)
-    tick = int(mid_swing[np.argmin(np.abs(log["pitch"][mid_swing]))])
-    instant = float(log["time"][tick]) - log.header.startup_time
-    save(still_figure(Recorded(trial.id, trial, log), [instant]), FOLDER, "eros_on_grass")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,6 @@ LIGHT = np.array([0.35, -0.55, 0.76])  # direction to the lamp, world frame, uni
 AMBIENT = 0.62  # brightness of a face that the lamp does not reach
 DISC_CORNERS = 24
 CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway
-FORCE = ("force_x", "force_y", "normal_force")
 
 
 class Faces(NamedTuple):
@@ -168,7 +167,7 @@ def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
         poses=poses,
         soles=soles,
         centres=np.stack([log.vector(f"{side}_foot_")[ticks] for side in FEET], axis=1),
-        forces=np.stack([log.per_foot(name)[ticks] for name in FORCE], axis=-1),
+        forces=loads(log)[ticks],
         contact=contact,
         zmp=_zmp(log, ticks, soles, contact),
         phase=log["gait_phase"][ticks],
@@ -197,6 +196,12 @@ def link_poses(tree: Tree, log: TrialLog, ticks: np.ndarray | slice = slice(None
     """World poses of a robot's links as its log has them, by default at every row."""
     rotation = rotation_of(log.vector("trunk_q", "xyzw")[ticks])
     return tree.poses(log.vector("trunk_")[ticks], rotation, joints_of(tree, log)[ticks])
+
+
+def loads(log: TrialLog) -> np.ndarray:
+    """Force on the left and the right sole, world frame, in [N]. Shape (n, 2, 3)."""
+    names = ("force_x", "force_y", "normal_force")
+    return np.stack([log.per_foot(name) for name in names], axis=-1)
 
 
 def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses, frame: int = 0) -> list[Faces]:

@@ -148,10 +148,7 @@ def _scene(shown: ExportedTrial) -> Topic:
         _entity(time, link.name, link.name, _link_box(link, robot.feet))
         for link in robot.tree.links
     ]
-    length = float(np.ptp(shown.log["trunk_x"])) + 2.0
-    height = max(shown.trial.surface.height, 0.002)
-    middle = [float(np.mean(shown.log["trunk_x"])), 0.0, 0.5 * height]
-    ground = _box(middle, [length, 1.0, height], (0.35, 0.55, 0.25), 0.5)
+    ground = _box(*shown.ground, (0.35, 0.55, 0.25), 0.5)
     content: Json = {
         "deletions": [],
         "entities": [*boxes, _entity(time, "ground", "world", ground)],

@@ -45,3 +45,9 @@ class ExportedTrial:
     def quaternions(self) -> np.ndarray:
         """Orientation of every link at every row, xyzw. Shape (n, links, 4)."""
         return quaternion_of(self.poses.rotation)
+
+    @property
+    def ground(self) -> tuple[list[float], list[float]]:
+        """Centre and size of a box below all of the walk, as high as the surface, in [m]."""
+        x, height = self.log["trunk_x"], max(self.trial.surface.height, 0.002)
+        return [float(x.mean()), 0.0, 0.5 * height], [float(np.ptp(x)) + 2.0, 1.0, height]

@@ -14,13 +14,13 @@ import numpy as np
 
 from gaitlab.log.columns import FEET, columns
 from gaitlab.render.export.recorded import NANOSECONDS, ExportedTrial
-from gaitlab.render.scene import channels, link_colour
+from gaitlab.render.overlay import REACH
+from gaitlab.render.scene import channels, link_colour, loads
 
 if TYPE_CHECKING:
     import rerun
 
 TIMELINE = "time"
-ARROW = 0.34  # robot heights, length of an arrow that stands for the whole weight, as in a replay
 GREEN, VERMILLION, BLACK = (90, 140, 64, 128), (213, 94, 0), (0, 0, 0)
 
 
@@ -63,11 +63,8 @@ def _log(stream: rerun.RecordingStream, shown: ExportedTrial) -> None:
 def _ground(stream: rerun.RecordingStream, shown: ExportedTrial) -> None:
     import rerun
 
-    height = max(shown.trial.surface.height, 0.002)
-    x = shown.log["trunk_x"]
-    half = [0.5 * float(np.ptp(x)) + 1.0, 0.5, 0.5 * height]
-    centre = [float(x.mean()), 0.0, 0.5 * height]
-    box = rerun.Boxes3D(centers=[centre], half_sizes=[half], colors=[GREEN], fill_mode="solid")
+    centre, size = shown.ground
+    box = rerun.Boxes3D(centers=[centre], sizes=[size], colors=[GREEN], fill_mode="solid")
     stream.log("/world/ground", box, static=True)
 
 
@@ -97,10 +94,8 @@ def _marks(
     import rerun
 
     log = shown.log
-    scale = ARROW * log.header.standing_height / log.header.weight
-    for side in FEET:
-        parts = ("force_x", "force_y", "normal_force")
-        force = np.stack([log[f"{side}_foot_{part}"] for part in parts], axis=-1)
+    scale = REACH * log.header.standing_height / log.header.weight
+    for side, force in zip(FEET, np.swapaxes(loads(log), 0, 1), strict=True):
         place = f"/world/load/{side}_foot"
         stream.log(place, rerun.Arrows3D.from_fields(colors=[VERMILLION]), static=True)
         arrows = rerun.Arrows3D.columns(vectors=scale * force, origins=log.vector(f"{side}_foot_"))
