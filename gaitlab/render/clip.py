@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain, islice, repeat
+from itertools import islice
 from math import isfinite
 from multiprocessing import get_context
 from pathlib import Path
@@ -122,14 +122,14 @@ def clip_of(
 
 
 def frames(
-    scenes: tuple[Scene, ...], style: Style, instants: Sequence[float], jobs: int
+    scenes: tuple[Scene, ...], style: Style, instants: np.ndarray, jobs: int
 ) -> Iterator[Image.Image]:
     """The pictures of a film in order.
 
     Args:
         scenes: One or two trials at the instants.
         style: How the film looks.
-        instants: On the clock, in [s].
+        instants: On the clock, in [s]. Shape (n,).
         jobs: How many processes paint.
     """
     if jobs < 2 or len(instants) < ALONE:
@@ -214,18 +214,16 @@ def write_gif(
     if fps > BROWSERS:
         raise UsageError(f"--fps {fps:g}: a GIF shows up to {BROWSERS:g} frames/s; or write an MP4")
     palette = _palette_of(samples)
-    plain = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
-    first = next(plain)
-    durations = _centiseconds(fps)
-    rest = list(plain)
-    lengths = [next(durations) for _ in range(len(rest) + 1)]
-    lengths[-1] += round(100.0 * held / fps)
+    plain = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    ends = np.rint(np.arange(len(plain) + 1) / fps / CENTISECOND)  # rounding never adds up
+    lengths = np.diff(ends)
+    lengths[-1] += round(held / fps / CENTISECOND)
     with replaced(path) as part:
-        first.save(
+        plain[0].save(
             part,
             save_all=True,
-            append_images=rest,
-            duration=[10 * length for length in lengths],
+            append_images=plain[1:],
+            duration=[round(1000.0 * CENTISECOND * length) for length in lengths],
             loop=0,
             optimize=False,
             disposal=1,
@@ -236,23 +234,14 @@ def write_gif(
 def _palette_of(pictures: Sequence[Image.Image]) -> Image.Image:
     """A picture whose palette suits all pictures and holds `MARKS` exactly."""
     together = Image.fromarray(np.concatenate([np.asarray(picture) for picture in pictures]))
-    found = together.quantize(COLOURS - len(MARKS), dither=Image.Dither.NONE).getpalette() or []
+    free = COLOURS - len(MARKS)
+    fitting = together.quantize(free, dither=Image.Dither.NONE).getpalette() or []
     exact = np.array([ImageColor.getrgb(mark) for mark in MARKS])
-    others = np.reshape(found, (-1, 3))
+    others = np.reshape(fitting, (-1, 3))
     apart = np.abs(others[:, None] - exact).max(axis=2).min(axis=1) > ALIKE
     palette = Image.new("P", (1, 1))
     palette.putpalette([*exact.ravel().tolist(), *others[apart].ravel().tolist()])
     return palette
-
-
-def _centiseconds(fps: float) -> Iterator[int]:
-    """How long each picture stands so that rounding never adds up."""
-    shown, k = 0, 0
-    while True:
-        k += 1
-        until = round(k / fps / CENTISECOND)
-        yield until - shown
-        shown = until
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float, held: int) -> None:
@@ -286,9 +275,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float, held: int
             ],
         )
         with writer:
-            last = None
             for picture in pictures:
-                last = np.asarray(picture)
-                writer.append_data(last)
-            for still in chain(() if last is None else repeat(last, held)):
-                writer.append_data(still)
+                writer.append_data(np.asarray(picture))
+            for _ in range(held):
+                writer.append_data(np.asarray(picture))

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitlab.render.camera import Camera
 from gaitlab.render.raster import Triangles
-from gaitlab.render.scene import Footprint, lit
+from gaitlab.render.scene import SolePose, lit
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
 BOARD_COLOUR, MAT_COLOUR, LAYER_COLOUR = "#B9AE9C", "#3E7D4B", "#7DAA78"
@@ -44,7 +44,7 @@ class Patch:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Pile:
+class Lawn:
     """A surface and the blades that grow on it, rooted in the world; a bare surface has none.
 
     Attributes:
@@ -66,8 +66,8 @@ class Pile:
     width: float
 
 
-def grown(surface: Surface, patch: Patch, densest: float) -> Pile:
-    """A pile, deterministic: the same surface always grows the same blades.
+def grown(surface: Surface, patch: Patch, densest: float) -> Lawn:
+    """A lawn, deterministic: the same surface always grows the same blades.
 
     Args:
         surface: The ground.
@@ -80,7 +80,7 @@ def grown(surface: Surface, patch: Patch, densest: float) -> Pile:
     height = surface.height * generator.uniform(0.82, 1.06, n)
     lean = _leans(surface, generator, n) * height[:, None]
     shade = generator.uniform(0.0, 1.0, n) ** 1.5
-    return Pile(
+    return Lawn(
         surface=surface,
         patch=patch,
         roots=roots,
@@ -121,10 +121,10 @@ def _leans(surface: Surface, generator: np.random.Generator, n: int) -> np.ndarr
 
 
 def ground_triangles(
-    pile: Pile, patch: Patch, soles: Sequence[Footprint], camera: Camera
+    lawn: Lawn, patch: Patch, soles: Sequence[SolePose], camera: Camera
 ) -> list[Triangles]:
     """Board and pile of a patch, on the screen."""
-    surface = pile.surface
+    surface = lawn.surface
     parts = [_slab(patch, -patch.thickness, 0.0, BOARD_COLOUR, camera)]
     if isinstance(surface, SoftLayer):
         parts.append(_slab(patch, 0.0, surface.height, LAYER_COLOUR, camera))
@@ -132,9 +132,9 @@ def ground_triangles(
         parts.append(_slab(patch, 0.0, 0.5 * surface.height, MAT_COLOUR, camera))
     elif isinstance(surface, TuftedPile):
         parts.append(_slab(patch, 0.0, 0.002, THATCH, camera))
-    if len(pile.roots):
-        spine, colours = blades(pile, patch, soles)
-        corners = _ribbons(spine, pile.width, camera).astype(np.float32)
+    if len(lawn.roots):
+        spine, colours = blades(lawn, patch, soles)
+        corners = _ribbons(spine, lawn.width, camera).astype(np.float32)
         light = (255.0 * PIECE_LIGHT[:, None] * colours[:, None]).reshape(-1, 3).astype(np.uint8)
         parts.append(Triangles(corners, light, np.zeros(len(corners), np.int32)))
     return parts
@@ -163,30 +163,30 @@ def _tiles(low: float, high: float) -> list[tuple[float, float, bool]]:
     return list(zip(edges[:-1].tolist(), edges[1:].tolist(), odd.tolist(), strict=True))
 
 
-def blades(pile: Pile, patch: Patch, soles: Sequence[Footprint]) -> tuple[np.ndarray, np.ndarray]:
+def blades(lawn: Lawn, patch: Patch, soles: Sequence[SolePose]) -> tuple[np.ndarray, np.ndarray]:
     """Blades of a patch, those below a sole bent down to it.
 
     Returns:
         Their joints from root to tip, in [m], and their colours in [0, 1].
             Shapes (n, joints, 3) and (n, 3).
     """
-    part = np.arange(*np.searchsorted(pile.roots[:, 0], patch.x))
-    y = pile.roots[part, 1]
+    part = np.arange(*np.searchsorted(lawn.roots[:, 0], patch.x))
+    y = lawn.roots[part, 1]
     part = part[(y >= patch.y[0]) & (y <= patch.y[1])]
-    roots, height = pile.roots[part], pile.height[part]
+    roots, height = lawn.roots[part], lawn.height[part]
     gap, outward = _pressed(roots, soles)
     squeezed = gap < height
     top = np.where(squeezed, np.maximum(gap, 0.0), height)
     fold = 0.5 * np.sqrt(np.maximum(height**2 - top**2, 0.0))
-    lean = np.where(squeezed[:, None], outward * fold[:, None], pile.lean[part])
+    lean = np.where(squeezed[:, None], outward * fold[:, None], lawn.lean[part])
     spine = np.empty((len(roots), len(BEND), 3))
     spine[..., :2] = roots[:, None] + lean[:, None] * (BEND**2)[:, None]
     spine[..., 2] = top[:, None] * BEND
-    shade = pile.shade[part] * np.where(squeezed, 0.5, 1.0)
+    shade = lawn.shade[part] * np.where(squeezed, 0.5, 1.0)
     return spine, DARK_GREEN + shade[:, None] * (LIGHT_GREEN - DARK_GREEN)
 
 
-def _pressed(roots: np.ndarray, soles: Sequence[Footprint]) -> tuple[np.ndarray, np.ndarray]:
+def _pressed(roots: np.ndarray, soles: Sequence[SolePose]) -> tuple[np.ndarray, np.ndarray]:
     """Height left below the soles over each root (inf beside them), and the way out from below."""
     gap, outward = np.full(len(roots), np.inf), np.zeros_like(roots)
     for sole in soles:

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gaitlab.render.camera import VIEWPOINTS, Camera, View
 from gaitlab.render.figure_style import BLUE, FAINT, VERMILLION
-from gaitlab.render.ground import Patch, Pile, ground_triangles, grown
+from gaitlab.render.ground import Lawn, Patch, ground_triangles, grown
 from gaitlab.render.overlay import (
     FOOT,
     Pen,
@@ -78,7 +78,7 @@ class Painter:
         self._robot = Layer(self._width, self._height, PAPER)
         self._stains = np.zeros((self._height, self._width), np.uint8)
         self._size = max(scene.size for scene in scenes)
-        self._piles = [self._pile(scene) for scene in scenes]
+        self._lawns = [self._lawn(scene) for scene in scenes]
 
     def frame(self, index: int, now: float) -> Image.Image:
         """The picture of a frame, at an instant of the clock."""
@@ -100,13 +100,13 @@ class Painter:
 
     def panel(self, place: int, index: int) -> Image.Image:
         """One trial at a frame, without words, at `FINER` times its size."""
-        scene, pile = self._scenes[place], self._piles[place]
+        scene, lawn = self._scenes[place], self._lawns[place]
         faces = scene.faces(index)
         patch = self._patch(scene, index, all_corners(faces))
         onto_board = self._view.aside is not None
         camera = self.camera(patch.centre if onto_board else scene.focus[index])
         self._ground.clear(self._ground.whole)
-        for part in ground_triangles(pile, patch, scene.footprints(index), camera):
+        for part in ground_triangles(lawn, patch, scene.sole_poses(index), camera):
             self._ground.paint(part)
         robot, shadow = _painted(faces, camera), _shadow(faces, scene.surface.height, camera)
         window = self._robot.around(np.concatenate([shadow, *(part.corners for part in robot)]))
@@ -183,7 +183,7 @@ class Painter:
         along = [x0 - view.behind * size, x1 + view.ahead * size]
         return np.array([along, [y0 - beside, y1 + beside]])
 
-    def _pile(self, scene: Scene) -> Pile:
+    def _lawn(self, scene: Scene) -> Lawn:
         """What grows on the lane."""
         view, (x, y) = self._view, self._lane(scene).tolist()
         across = y[1] - y[0] if view.aside is None else 2.0 * view.aside * self._size

@@ -26,9 +26,14 @@ from gaitlab.render.scene import Recorded, joints_of, scene_of, ticks_at
 from gaitlab.render.stills import filmstrip, still_figure
 
 STARTS = {".gif": b"GIF8", ".mp4": b"\0\0\0", ".png": b"\x89PNG", ".svg": b"<?xml"}
-FILMS, STILLS = (".gif", ".mp4"), (".png", ".svg")
-SIZES = {".gif": (480, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # pixels; a strip's panel
-BESIDE = {".gif": (640, 360), ".mp4": (1280, 720), ".png": (360, 420)}  # of two trials
+FILMS = (".gif", ".mp4")
+SIZES = {  # pixels; of a strip's panel
+    ".gif": (480, 360),
+    ".mp4": (1280, 720),
+    ".png": (360, 420),
+    ".svg": (750, 780),
+}
+BESIDE = SIZES | {".gif": (640, 360)}  # of two trials
 SMALLEST, LARGEST = 160, 3840  # pixels
 SAMPLES = 3  # pictures that decide on the colours of a GIF
 RATE = 60.0  # pictures a second
@@ -89,20 +94,22 @@ def write_replay(
     """
     kind = checked_kind(path)
     refuse_other(path, STARTS[kind], force=force)
-    wide = checked_size(size or (BESIDE if len(shown) > 1 else SIZES).get(kind, (750, 780)))
-    style = Style(view=view, width=wide[0], height=wide[1], span=(clip.begin, clip.end))
+    width, height = checked_size(size or (BESIDE if len(shown) > 1 else SIZES)[kind])
+    style = Style(view=view, width=width, height=height, span=(clip.begin, clip.end))
+    pictures, duration = 1, 0.0
     if kind in FILMS:
         _write_film(shown, path, clip, style, jobs)
-        return Written(path, path.stat().st_size, len(clip.instants), clip.duration)
-    if kind == ".png":
-        scenes = tuple(scene_of(each, clip.spread(panels).tolist()) for each in shown)
+        pictures, duration = len(clip.instants), clip.duration
+    elif kind == ".png":
+        instants, facts = clip.spread(panels), PngInfo()
+        facts.add_text("Software", MARK)
+        strip = filmstrip(tuple(scene_of(trial, instants) for trial in shown), style)
         with replaced(path) as part:
-            facts = PngInfo()
-            facts.add_text("Software", MARK)
-            filmstrip(scenes, style, clip.spread(panels).tolist()).save(part, pnginfo=facts)
-        return Written(path, path.stat().st_size, panels * len(shown), 0.0)
-    _write_drawing(shown, path, clip, view)
-    return Written(path, path.stat().st_size, 1, 0.0)
+            strip.save(part, pnginfo=facts)
+        pictures = panels * len(shown)
+    else:
+        _write_drawing(shown, path, clip, view)
+    return Written(path, path.stat().st_size, pictures, duration)
 
 
 def checked_kind(path: Path) -> str:
@@ -112,7 +119,7 @@ def checked_kind(path: Path) -> str:
         UsageError: If it is none that a replay writes.
     """
     kind = path.suffix.lower()
-    if kind not in (*FILMS, *STILLS) or path.is_dir():
+    if kind not in SIZES or path.is_dir():
         found = f"found {kind!r}" if kind else "found no ending"
         raise UsageError(
             f"--output {path}: {'a folder' if path.is_dir() else found}; allowed is a file ending "
@@ -138,14 +145,14 @@ def checked_size(size: tuple[int, int]) -> tuple[int, int]:
 
 def _write_film(shown: Sequence[Recorded], path: Path, clip: Clip, style: Style, jobs: int) -> None:
     instants = clip.instants
-    scenes = tuple(scene_of(each, instants.tolist()) for each in shown)
-    pictures = frames(scenes, style, instants.tolist(), jobs)
+    scenes = tuple(scene_of(trial, instants) for trial in shown)
+    pictures = frames(scenes, style, instants, jobs)
     if path.suffix.lower() == ".mp4":
         write_mp4(path, pictures, clip.fps, clip.held)
         return
     painter = Painter(scenes, style)
-    places = np.unique(np.linspace(0, len(instants) - 1, SAMPLES).astype(int))
-    samples = [painter.frame(int(k), float(instants[k])) for k in places]
+    sampled = np.unique(np.linspace(0, len(instants) - 1, SAMPLES).astype(int))
+    samples = [painter.frame(int(k), float(instants[k])) for k in sampled]
     write_gif(path, pictures, samples, clip.fps, clip.held)
 
 

@@ -41,7 +41,7 @@ class Faces(NamedTuple):
     colours: np.ndarray
 
 
-class Footprint(NamedTuple):
+class SolePose(NamedTuple):
     """A sole at one instant.
 
     Attributes:
@@ -121,11 +121,11 @@ class Scene:
         """Boxes, servo horns and eyes of the robot at a frame."""
         return robot_faces(self.tree, self.feet, self.poses, frame)
 
-    def footprints(self, frame: int) -> list[Footprint]:
+    def sole_poses(self, frame: int) -> list[SolePose]:
         """The soles at a frame."""
         rotations = self.poses.rotation[frame, [self.tree.index(foot) for foot in self.feet]]
         return [
-            Footprint(centre, rotation, self.sole)
+            SolePose(centre, rotation, self.sole)
             for centre, rotation in zip(self.centres[frame], rotations, strict=True)
         ]
 

@@ -21,22 +21,21 @@ PORTRAIT = 5.0  # in, width of a figure of one instant
 TALLER = 1.04  # height of a panel in a figure over its width
 
 
-def filmstrip(scenes: tuple[Scene, ...], style: Style, instants: Sequence[float]) -> Image.Image:
-    """A row for each trial, a panel for each instant.
+def filmstrip(scenes: tuple[Scene, ...], style: Style) -> Image.Image:
+    """A row for each trial, a panel for each of its instants.
 
     Args:
-        scenes: Trials at the instants.
+        scenes: Trials at equally many instants.
         style: Where the pictures look from, and the size of one panel.
-        instants: On the clock, in [s].
     """
     painter = Painter(scenes, style, beside=False)
     width, height = FINER * style.width, FINER * style.height
-    head = round(HEAD * height)
-    strip = Image.new("RGB", (width * len(instants), (height + head) * len(scenes)), PAPER)
+    head, count = round(HEAD * height), len(scenes[0].time)
+    strip = Image.new("RGB", (width * count, (height + head) * len(scenes)), PAPER)
     pen = Pen(strip, height / 1000.0)
     for row, scene in enumerate(scenes):
         top = row * (height + head)
-        for column in range(len(instants)):
+        for column in range(count):
             panel = painter.panel(row, column)
             _label(Pen(panel, height / 1000.0), scene, column)
             strip.paste(panel, (column * width, top + head))

@@ -81,7 +81,7 @@ def test_a_drawing_is_vector_graphics(shown: Recorded, tmp_path: Path) -> None:
 
 
 def test_several_processes_paint_the_same_pictures_as_one(shown: Recorded) -> None:
-    instants = np.linspace(0.0, 0.3, 31).tolist()
+    instants = np.linspace(0.0, 0.3, 31)
     style = Style(view="perspective", width=160, height=160, span=(0.0, 0.3))
     scenes = (scene_of(shown, instants),)
     alone, together = (list(frames(scenes, style, instants, jobs)) for jobs in (1, 2))

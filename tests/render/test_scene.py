@@ -16,7 +16,7 @@ from gaitlab.render.camera import Camera
 from gaitlab.render.figure_style import save
 from gaitlab.render.ground import Patch, blades, ground_triangles, grown
 from gaitlab.render.painter import Painter, Style
-from gaitlab.render.scene import Footprint, all_corners, box_faces, link_poses, scene_of
+from gaitlab.render.scene import SolePose, all_corners, box_faces, link_poses, scene_of
 from gaitlab.render.stills import still_figure
 from gaitlab.surfaces import FibreMat, RigidFloor, SoftLayer, Surface, TuftedPile
 from tests.report.builder import GRASS, toy_tree, walk_log
@@ -28,7 +28,7 @@ GROUNDS = [GRASS, CARPET, LAYER, RigidFloor(friction=0.6)]
 PATCH = Patch(x=(-0.2, 0.2), y=(-0.15, 0.15))
 DENSEST = 1e5  # blades/m²
 GAP = 0.012
-SOLE = Footprint(np.array([0.0, 0.0, GAP]), np.eye(3), (0.12, 0.08))
+SOLE = SolePose(np.array([0.0, 0.0, GAP]), np.eye(3), (0.12, 0.08))
 
 
 @pytest.fixture(scope="module")
@@ -64,8 +64,8 @@ def test_no_blade_that_roots_below_a_sole_stands_higher_than_it() -> None:
 
 
 def test_blades_stay_where_they_are_when_another_piece_is_shown() -> None:
-    pile, half = grown(GRASS, PATCH, DENSEST), Patch(x=(0.0, 0.2), y=(0.0, 0.1))
-    every, some = (blades(pile, patch, [])[0] for patch in (PATCH, half))
+    lawn, half = grown(GRASS, PATCH, DENSEST), Patch(x=(0.0, 0.2), y=(0.0, 0.1))
+    every, some = (blades(lawn, patch, [])[0] for patch in (PATCH, half))
     x, y = every[:, 0, 0], every[:, 0, 1]
     assert np.array_equal(some, every[(x >= 0.0) & (y >= 0.0) & (y <= 0.1)])
 
