@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,6 +27,10 @@ HORN = 0.011  # m, radius of the drawn servo horn
 LIGHT = np.array([0.35, -0.55, 0.76])  # direction to the lamp, world frame, unit length
 AMBIENT = 0.62  # brightness of a face that the lamp does not reach
 DISC_CORNERS = 24
+_CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))  # of a cube of edge 1
+_CUBE = _CORNERS[  # its faces, a pair for each axis; shape (6, 4, 3)
+    [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+]
 CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway
 
 
@@ -266,25 +271,6 @@ def box_faces(
     """
     corners = centre + (_CUBE * np.asarray(size)) @ rotation.T
     return Faces(corners, lit(colour, 2.0 * _CUBE.mean(axis=1) @ rotation.T))
-
-
-def _cube() -> np.ndarray:
-    """Faces of a cube of edge 1 about the origin. Shape (6, 4, 3)."""
-    ring = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
-    axes = np.eye(3)
-    return np.array(
-        [
-            [
-                0.5 * (sign * axes[axis] + a * axes[(axis + 1) % 3] + b * axes[(axis + 2) % 3])
-                for a, b in ring
-            ]
-            for axis in range(3)
-            for sign in (-1.0, 1.0)
-        ]
-    )
-
-
-_CUBE = _cube()
 
 
 def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Faces:

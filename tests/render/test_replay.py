@@ -75,7 +75,7 @@ def test_two_trials_stand_side_by_side(shown: Recorded, tmp_path: Path) -> None:
         assert strip.height > 2 * SMALL[1]
 
 
-def test_a_drawing_is_vector_graphics(shown: Recorded, tmp_path: Path) -> None:
+def test_a_drawing_is_an_svg(shown: Recorded, tmp_path: Path) -> None:
     write_replay([shown], tmp_path / "frame.svg", clip(0.1, 0.1))
     assert ElementTree.parse(tmp_path / "frame.svg").getroot().tag.endswith("svg")
 
