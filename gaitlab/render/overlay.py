@@ -60,6 +60,13 @@ class Pen:
         face = font(max(6, round(size * self.unit)), bold)
         self._draw.text(place, text, fill=colour, font=face, anchor=anchor)
 
+    def tag(self, low: tuple[float, float], text: str, size: float) -> None:
+        """Write on a red plate with its upper left corner at a place in pixels."""
+        (x, y), pad, middle = low, 0.6 * size * self.unit, 0.85 * size * self.unit
+        width = self.width(text, size, bold=True) + 2.0 * pad
+        self.box(low, (x + width, y + 2.0 * middle), VERMILLION)
+        self.text((x + pad, y + middle), text, size, colour=PAPER, anchor="lm", bold=True)
+
     def width(self, text: str, size: float, bold: bool = False) -> float:
         """Width of a text, in pixels."""
         return font(max(6, round(size * self.unit)), bold).getlength(text)
@@ -136,10 +143,7 @@ def draw_head(pen: Pen, scene: Scene, frame: int, left: float, right: float) -> 
     _phase(pen, scene, frame, left + 24 * u, 104 * u)
     if scene.fallen(frame) and scene.fall is not None:
         text = f"FELL at {scene.fall:.2f} s: {scene.fall_cause}"
-        width = pen.width(text, 26, bold=True) + 32 * u
-        low = (left + 24 * u, 140 * u)
-        pen.box(low, (low[0] + width, low[1] + 46 * u), VERMILLION)
-        pen.text((low[0] + 16 * u, low[1] + 23 * u), text, 26, colour=PAPER, anchor="lm", bold=True)
+        pen.tag((left + 24 * u, 140 * u), text, 26)
 
 
 def _phase(pen: Pen, scene: Scene, frame: int, x: float, y: float) -> None:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from gaitlab.render.camera import View
-from gaitlab.render.figure_style import INK, PAPER, SCREEN_DPI, VERMILLION, new_figure, style
+from gaitlab.render.figure_style import PAPER, SCREEN_DPI, new_figure, style
 from gaitlab.render.overlay import GREY, SCALE, Pen
 from gaitlab.render.painter import Painter, Style
 from gaitlab.render.raster import FINER
@@ -32,29 +32,20 @@ def filmstrip(scenes: tuple[Scene, ...], style: Style) -> Image.Image:
     width, height = FINER * style.width, FINER * style.height
     head, count = round(HEAD * height), len(scenes[0].time)
     strip = Image.new("RGB", (width * count, (height + head) * len(scenes)), PAPER)
-    pen = Pen(strip, height / 1000.0)
+    u = height / 1000.0
+    pen = Pen(strip, u)
     for row, scene in enumerate(scenes):
         top = row * (height + head)
         for column in range(count):
             panel = painter.panel(row, column)
-            _label(Pen(panel, height / 1000.0), scene, column)
+            label = Pen(panel, u)
+            label.text((24 * u, 20 * u), f"{scene.time[column]:.2f} s", 52, bold=True)
+            if scene.fallen(column):
+                label.tag((24 * u, 92 * u), f"FELL: {scene.fall_cause}", 44)
             strip.paste(panel, (column * width, top + head))
-        u = pen.unit
         pen.text((24 * u, top + 22 * u), scene.title, 60, bold=True)
         pen.text((24 * u, top + 100 * u), scene.caption, 42, colour=GREY)
     return strip.reduce(FINER)
-
-
-def _label(pen: Pen, scene: Scene, frame: int) -> None:
-    """The clock of a panel, and the fall."""
-    u, time = pen.unit, f"{scene.time[frame]:.2f} s"
-    pen.text((24 * u, 20 * u), time, 52, colour=INK, bold=True)
-    if scene.fallen(frame):
-        text = f"FELL: {scene.fall_cause}"
-        low, width = (24 * u, 92 * u), pen.width(text, 44, bold=True) + 40 * u
-        pen.box(low, (low[0] + width, low[1] + 66 * u), VERMILLION)
-        place = (low[0] + 20 * u, low[1] + 33 * u)
-        pen.text(place, text, 44, colour=PAPER, anchor="lm", bold=True)
 
 
 def still_figure(
