@@ -14,7 +14,7 @@ from pathlib import Path
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.render import Clip, Recorded, clip_of, write_replay
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 
 SETTINGS = [
     "surfaces=[grass_50mm]",

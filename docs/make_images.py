@@ -10,7 +10,7 @@ from pathlib import Path
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.render import Recorded, clip_of, write_replay
-from gaitlab.simulation import simulate
+from gaitlab.simulation.simulate import simulate
 
 FOLDER = Path(__file__).parent / "images"
 FILMS = {  # what is simulated, and the piece of it that is shown, in [s]

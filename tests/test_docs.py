@@ -127,7 +127,7 @@ def test_the_gate_of_the_guide_answers(field: Path) -> None:
 
 
 def test_the_metric_of_the_guide_measures_a_log() -> None:
-    text = next(b for b in blocks(ROOT / "docs" / "adding.md", "python") if "UNIT" in b)
+    text = next(b for b in blocks(ROOT / "docs" / "adding.md", "python") if "@metric" in b)
     space: dict[str, object] = {}
     exec(compile(text, "highest_trunk", "exec"), space)
     log = walk()

@@ -18,8 +18,8 @@ from gaitlab.log import TrialLog
 from gaitlab.log.columns import FEET
 from gaitlab.log.fall import CAUSES
 from gaitlab.model import Link, LinkPoses, Tree
+from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.surface import Surface
-from gaitlab.trial import Trial
 
 ALUMINIUM, DARK, ORANGE = "#C9D1D8", "#3A4148", "#E08A1E"
 STEEL = "#5A646D"  # links that roll, yaw or follow

@@ -11,6 +11,7 @@ from gaitlab.kinematics.transforms import quaternion_of
 from gaitlab.log import TrialLog
 from gaitlab.model import LinkPoses
 from gaitlab.render.scene import link_poses
+from gaitlab.simulation.trial import Trial
 from gaitlab.store.record import TrialRecord
 
 NANOSECONDS = 1e9  # in a second
