@@ -28,7 +28,15 @@ from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.model import Robot
 from gaitlab.running.run_trial import run_trial
-from gaitlab.simulation.bullet import GROUND, OTHERS, SHELL, Indices, let_legs_meet, links
+from gaitlab.simulation.bullet import (
+    GROUND,
+    LEFT_SHELL,
+    OTHERS,
+    SHELL,
+    Indices,
+    let_legs_meet,
+    links,
+)
 from gaitlab.simulation.engine import Engine
 from gaitlab.simulation.simulate import engine_for
 from gaitlab.simulation.trial import Trial
@@ -77,7 +85,7 @@ def meet_ground(
     for link in links(client, body):
         client.setCollisionFilterGroupMask(body, link, OTHERS, GROUND)
     for foot in robot.feet:
-        client.setCollisionFilterGroupMask(body, found.link[f"{foot}{SHELL}"], OTHERS, 0)
+        client.setCollisionFilterGroupMask(body, found.link[f"{foot}{SHELL}"], LEFT_SHELL, 0)
 
 
 def bare(trial: Trial, ticks: int, meeting: bool = True) -> float:
