@@ -75,9 +75,10 @@ def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: 
         assert done.returncode == 0, done.stderr
     page = (field / "reports" / "march" / "README.md").read_text()
     assert "our_field" in page or "our field" in page
-    page = (field / "reports" / "steady" / "README.md").read_text()
+    page = (field / "reports" / "steady" / "details.md").read_text()
     assert "### balance steady" in page
-    assert "From *plain* to *balance*" in page
+    first = (field / "reports" / "steady" / "README.md").read_text()
+    assert re.search(r"^\| plain .*\n\| balance ", first, re.MULTILINE)
 
 
 def test_the_robot_and_servo_of_the_guide_are_what_is_walked(field: Path) -> None:

@@ -180,3 +180,10 @@ def test_whatever_ends_the_writing_leaves_what_was_there(tmp_path: Path) -> None
     assert (tmp_path / "file").read_text() == "old"
     assert (tmp_path / "pages" / "README.md").read_text() == "This page again: old"
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["README.md", "file", "pages"]
+
+
+def test_a_report_can_be_written_again_whatever_its_page_says(tmp_path: Path) -> None:
+    for text in ("# A page\n", "# Another\n", "This page again: this way\n"):
+        with published(tmp_path / "pages") as place:
+            (place / "README.md").write_text(text)
+        assert (tmp_path / "pages" / "README.md").read_text().startswith(text)

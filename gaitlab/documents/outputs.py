@@ -13,7 +13,7 @@ from gaitlab.errors import StoreError, UsageError
 
 MARK = "gaitlab"  # stands in every file that gaitlab writes, so that it knows its own
 PAGE = "README.md"  # of a report's folder
-PAGE_MARK = "This page again:"  # stands on the page of every report
+PAGE_MARK = "This page again:"  # stands on the page of every report, unseen if nowhere else
 BEFORE_CONTENT = 1 << 16  # byte at either end of a file in which the mark is looked for
 SHOWABLE = (".png", ".svg", ".html", ".md", ".csv", ".tex")  # what a report writes
 
@@ -75,6 +75,7 @@ def published(folder: Path, *, force: bool = False) -> Iterator[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         stage = Path(tempfile.mkdtemp(prefix=f".{MARK}-", suffix=".part", dir=folder))
         yield stage
+        _mark(stage / PAGE)
         _move(stage, folder)
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else str(error)
@@ -131,6 +132,12 @@ def _refuse_other_folder(folder: Path) -> None:
                 f"--output {folder}: the folder holds {others[0]} and no report of gaitlab; choose "
                 "another folder, or --force writes into it"
             )
+
+
+def _mark(page: Path) -> None:
+    """Let a page be known again as a report's where its text does not say how to make it."""
+    if page.is_file() and PAGE_MARK not in (text := page.read_text(encoding="utf-8")):
+        page.write_text(f"{text}\n<!-- {PAGE_MARK} see details.md -->\n", encoding="utf-8")
 
 
 def _move(stage: Path, folder: Path) -> None:

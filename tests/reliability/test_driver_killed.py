@@ -50,7 +50,7 @@ def test_fifty_kills_at_random_instants_leave_no_trace(
     gaitlab: Drivers, store: Store, tmp_path: Path
 ) -> None:
     undisturbed = Store(tmp_path / "undisturbed" / "data")
-    assert gaitlab.running.run_trial(*command(undisturbed, "--seeds", str(SEEDS))) == 0
+    assert gaitlab.run(*command(undisturbed, "--seeds", str(SEEDS))) == 0
     wanted, chance, kills = sweeps.content(undisturbed, FORM), random.Random(4), 0
     assert f"experiments/{FORM}/trials.jsonl" in wanted
     while kills < KILLS:
@@ -62,7 +62,7 @@ def test_fifty_kills_at_random_instants_leave_no_trace(
         os.kill(pid, signal.SIGKILL)
         if gaitlab.wait(pid) == -signal.SIGKILL:
             kills += 1
-    assert gaitlab.running.run_trial(*command(store, "--seeds", str(SEEDS))) == 0
+    assert gaitlab.run(*command(store, "--seeds", str(SEEDS))) == 0
     assert sweeps.content(store, FORM) == wanted
     assert sweeps.twice(store) == []
     assert list(store.path.rglob("*.tmp")) == []
@@ -77,7 +77,7 @@ def test_a_kill_before_every_single_file_system_step_leaves_no_trace(
 
     def run(place: Store, kill_at: int = 0) -> int:
         words = command(place, *options, jobs=0)
-        return gaitlab.running.run_trial(*words, task="pretend", kill_at=kill_at)
+        return gaitlab.run(*words, task="pretend", kill_at=kill_at)
 
     whole = Store(tmp_path / "whole" / "data")
     assert run(whole) == 0
@@ -123,7 +123,7 @@ def test_real_trials_of_a_killed_run_have_the_bits_of_an_undisturbed_one(
         os.kill(pid, signal.SIGKILL)
         gaitlab.wait(pid)
     for place in (killed, whole):
-        assert gaitlab.running.run_trial(*command(place, *options, jobs=1), task="simulated") == 0
+        assert gaitlab.run(*command(place, *options, jobs=1), task="simulated") == 0
     assert len(whole.states()) == 4
     assert sweeps.logs(killed) == sweeps.logs(whole)
     index = [(place.path / "index.jsonl").read_bytes() for place in (killed, whole)]
