@@ -30,7 +30,7 @@ TURN = 0.2  # m a radian: how far a wrong turn of the sole weighs beside a wrong
 
 
 class SolePoses(NamedTuple):
-    """Poses of a sole in the frame of the leg's axes: position (n, 3) in [m], rotation (n, 3, 3)."""
+    """Poses of a sole in the frame of the axes: position (n, 3) in [m], rotation (n, 3, 3)."""
 
     position: np.ndarray
     rotation: np.ndarray
