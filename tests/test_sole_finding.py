@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model.sole_finding import corners, find_sole
-from gaitlab.model.urdf_reading import Shape
+from gaitlab.model.urdf_reading import Geometry
 
 BASE = np.eye(3)
 SIZE = (0.16, 0.08, 0.02)
 
 
-def box(size=SIZE, position=(0.0, 0.0, 0.0), rotation=BASE) -> Shape:
-    return Shape("box", size, "", np.array(position), np.asarray(rotation), collision=True)
+def box(size=SIZE, position=(0.0, 0.0, 0.0), rotation=BASE) -> Geometry:
+    return Geometry("box", size, "", np.array(position), np.asarray(rotation), collision=True)
 
 
 @given(
@@ -47,7 +47,7 @@ def test_a_pitched_box_has_its_own_length_and_width(pitch: float) -> None:
 
 def test_what_stands_on_a_sole_does_not_make_it_larger() -> None:
     shin = box((0.05, 0.05, 0.3), (0.0, 0.0, 0.16))
-    shell = Shape("sphere", (0.05,), "", np.array([0.0, 0.0, 0.06]), BASE, collision=True)
+    shell = Geometry("sphere", (0.05,), "", np.array([0.0, 0.0, 0.06]), BASE, collision=True)
     found = find_sole(corners([box(), shin, shell]), BASE)
     assert found is not None
     assert (found.length, found.width, found.tilt) == pytest.approx((*SIZE[:2], 0.0))
@@ -55,7 +55,7 @@ def test_what_stands_on_a_sole_does_not_make_it_larger() -> None:
 
 def test_studs_carry_over_the_rectangle_that_they_span() -> None:
     studs = [
-        Shape("cylinder", (0.005, 0.01), "", np.array([x, y, 0.0]), BASE, collision=True)
+        Geometry("cylinder", (0.005, 0.01), "", np.array([x, y, 0.0]), BASE, collision=True)
         for x in (-0.07, 0.07) for y in (-0.03, 0.03)
     ]  # fmt: skip
     found = find_sole(corners(studs), BASE)

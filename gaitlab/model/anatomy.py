@@ -32,7 +32,7 @@ LEFT = re.compile(r"(^|[^a-z])(l|left)([^a-z]|$)|left|^l_|_l$", re.IGNORECASE)
 RIGHT = re.compile(r"(^|[^a-z])(r|right)([^a-z]|$)|right|^r_|_r$", re.IGNORECASE)
 
 
-class Lines(NamedTuple):
+class AxisLines(NamedTuple):
     """Axes of joints at zero angles: unit vectors (n, 3), and a point on each (n, 3), in [m]."""
 
     axes: np.ndarray
@@ -100,11 +100,11 @@ def find_legs(robot: Bodies, file: Path) -> Legs:
     return _sided(robot, best)
 
 
-def lines_of(robot: Bodies, chain: Sequence[int]) -> Lines:
+def lines_of(robot: Bodies, chain: Sequence[int]) -> AxisLines:
     """Axes of a chain's joints in the root's frame at zero angles."""
     position, rotation = robot.at_zero
     axes = [rotation[k] @ _joint_axis(robot, k) for k in chain]
-    return Lines(np.array(axes).reshape(-1, 3), position[list(chain)])
+    return AxisLines(np.array(axes).reshape(-1, 3), position[list(chain)])
 
 
 def roles(axes: np.ndarray) -> str:

@@ -89,7 +89,7 @@ class Tag:
         return float(self.numbers(name, (default,))[0])
 
 
-class Shape(NamedTuple):
+class Geometry(NamedTuple):
     """Geometry of a body.
 
     Attributes:
@@ -97,8 +97,8 @@ class Shape(NamedTuple):
         size: Edges of a box, radius and length of a cylinder, radius of a sphere, in [m]; scale of
             a mesh along its axes.
         mesh: What the file calls the mesh; empty for other kinds.
-        position: Centre, or origin of the mesh, in the body's frame, in [m]. Shape (3,).
-        rotation: Likewise. Shape (3, 3).
+        position: Centre, or origin of the mesh, in the body's frame, in [m]. Geometry (3,).
+        rotation: Likewise. Geometry (3, 3).
         collision: Whether it is there to be touched, and not only to be seen.
     """
 
@@ -115,7 +115,7 @@ class BodyJoint(NamedTuple):
 
     Attributes:
         name: As in the file.
-        axis: Unit vector in the body's frame. Shape (3,).
+        axis: Unit vector in the body's frame. Geometry (3,).
         lower: In [rad]; minus infinity where the file states no range.
         upper: Likewise; infinity.
         effort: As stated, in [N m]; 0 where it is not.
@@ -143,11 +143,11 @@ class Body:
         links: Names of all its links.
         parent: Place of the parent among the bodies; -1 for the root.
         joint: Joint to the parent; None for the root.
-        position: Its frame in the parent's frame at zero angle, in [m]. Shape (3,).
-        rotation: Likewise. Shape (3, 3).
+        position: Its frame in the parent's frame at zero angle, in [m]. Geometry (3,).
+        rotation: Likewise. Geometry (3, 3).
         mass: In [kg].
-        centre: Centre of mass in the body's frame, in [m]. Shape (3,).
-        inertia: About that centre, along the body's axes, in [kg m^2]. Shape (3, 3).
+        centre: Centre of mass in the body's frame, in [m]. Geometry (3,).
+        inertia: About that centre, along the body's axes, in [kg m^2]. Geometry (3, 3).
         shapes: In the body's frame.
     """
 
@@ -160,7 +160,7 @@ class Body:
     mass: float
     centre: np.ndarray
     inertia: np.ndarray
-    shapes: tuple[Shape, ...]
+    shapes: tuple[Geometry, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -331,7 +331,7 @@ class _Growing:
     rotation: np.ndarray
     links: list[str] = field(default_factory=list)
     parts: list[tuple[float, np.ndarray, np.ndarray]] = field(default_factory=list)
-    shapes: list[Shape] = field(default_factory=list)
+    shapes: list[Geometry] = field(default_factory=list)
 
 
 def _merged(
@@ -456,7 +456,7 @@ def _tensor(inertial: Tag) -> np.ndarray:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _shape(tag: Tag, collision: bool) -> Shape | None:
+def _shape(tag: Tag, collision: bool) -> Geometry | None:
     """The geometry of a <visual> or <collision>; None if it has none that is known."""
     geometry = tag.first("geometry")
     at, turn = _pose(tag)
@@ -470,13 +470,13 @@ def _shape(tag: Tag, collision: bool) -> Shape | None:
             size = (element.number("radius", 0.0),)
         elif element.name == "mesh":
             scale = tuple(element.numbers("scale", (1.0, 1.0, 1.0)))
-            return Shape("mesh", scale, element.text("filename"), at, turn, collision)
+            return Geometry("mesh", scale, element.text("filename"), at, turn, collision)
         else:
             continue
         if min(size) <= 0.0:
             raise element.wrong(f"<{element.name}> has a size of {min(size):g}; it is above 0")
         kind: Kind = "box" if element.name == "box" else "sphere"
-        return Shape(
+        return Geometry(
             "cylinder" if element.name == "cylinder" else kind, size, "", at, turn, collision
         )
     return None
