@@ -27,6 +27,7 @@ LONGEST_STEP = 0.5  # rad in one iteration; linearised further a leg folds the w
 ITERATIONS = 60
 SETTLED = 1e-12  # rad; a smaller step moves no sole by what a float can tell
 TURN = 0.2  # m a radian: how far a wrong turn of the sole weighs beside a wrong place
+WEIGHTS = np.array([1.0, 1.0, 1.0, TURN, TURN, TURN])
 
 
 class SolePoses(NamedTuple):
@@ -82,8 +83,7 @@ class AxisLeg:
         Both in the body's frame, in [m/rad] and [-].
         """
         position, _, axes, points = self._walked(angles)
-        arms = np.cross(axes, position[:, None, :] - points)
-        return np.swapaxes(np.concatenate([arms, axes], axis=2), 1, 2)
+        return np.swapaxes(_screws(position, axes, points), 1, 2)
 
     def inverse(self, wanted: SolePoses, start: np.ndarray) -> LegSolution:
         """Angles that bring the sole to poses, or as near as the limits and the joints allow.
@@ -114,14 +114,14 @@ class AxisLeg:
     def _step(self, angles: np.ndarray, wanted: SolePoses) -> np.ndarray:
         """One damped step towards poses, in [rad]. Shape (n, joints)."""
         position, turned, axes, points = self._walked(angles)
-        arms = np.cross(axes, position[:, None, :] - points)
-        rows = np.concatenate([arms, TURN * axes], axis=2)  # transposed, shape (n, joints, 6)
+        rows = _screws(position, axes, points) * WEIGHTS
         turn = _rotation_vector(wanted.rotation @ np.swapaxes(turned, 1, 2))
         error = np.concatenate([wanted.position - position, TURN * turn], axis=1)
-        free = self._free(angles, np.einsum("njk,nk->nj", rows, error))
+        pull = np.einsum("njk,nk->nj", rows, error)
+        free = self._free(angles, pull)
         rows = rows * free[:, :, None]
         square = rows @ np.swapaxes(rows, 1, 2) + DAMPING**2 * np.eye(len(self.axes))
-        step = np.linalg.solve(square, np.einsum("njk,nk->nj", rows, error)[:, :, None])[:, :, 0]
+        step = np.linalg.solve(square, (pull * free)[:, :, None])[:, :, 0]
         longest = np.abs(step).max(axis=1, keepdims=True)
         return step * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
 
@@ -142,6 +142,17 @@ class AxisLeg:
             turned = turned @ vector_rotation(tuple(self.axes[k]), angles[:, k])
             moved = points[:, k] - turned @ self.points[k]
         return turned @ self.sole + moved, turned @ self.rotation, axes, points
+
+
+def _screws(position: np.ndarray, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Velocity and angular velocity of the sole per joint's, in [m] and [-]. Shape (n, joints, 6).
+
+    Args:
+        position: Of the sole, in [m]. Shape (n, 3).
+        axes: Of the joints. Shape (n, joints, 3).
+        points: On these axes, in [m]. Shape (n, joints, 3).
+    """
+    return np.concatenate([np.cross(axes, position[:, None, :] - points), axes], axis=2)
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:

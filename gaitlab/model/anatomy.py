@@ -28,8 +28,8 @@ MISFITS = 0.25  # share of the joints that may not mirror
 LOWEST = 0.02  # m; pairs that end so near to the lowest one are candidates
 LATERAL = 0.9  # of an axis along the lateral one, from which on its joint pitches
 ALONG = 0.3  # of an axis along a plane's normal, below which its line has a place across the plane
-LEFT = re.compile(r"(^|[^a-z])(l|left)([^a-z]|$)|left|^l_|_l$", re.IGNORECASE)
-RIGHT = re.compile(r"(^|[^a-z])(r|right)([^a-z]|$)|right|^r_|_r$", re.IGNORECASE)
+LEFT = re.compile(r"(^|[^a-z])l([^a-z]|$)|left", re.IGNORECASE)
+RIGHT = re.compile(r"(^|[^a-z])r([^a-z]|$)|right", re.IGNORECASE)
 
 
 class AxisLines(NamedTuple):
@@ -90,7 +90,7 @@ def find_legs(robot: Bodies, file: Path) -> Legs:
     Raises:
         FileError: If no two chains mirror each other; names the nearest.
     """
-    pairs = [pair for pair in _pairs(robot) if pair is not None]
+    pairs = list(_pairs(robot))
     found = [pair for pair in pairs if pair.misfits <= MISFITS * len(pair.first)]
     if not found:
         raise FileError([Problem(file=file, line=None, column=None, message=_none(robot, pairs))])
@@ -142,7 +142,7 @@ def _chains(robot: Bodies) -> list[tuple[int, ...]]:
     return chains
 
 
-def _pairs(robot: Bodies) -> Iterator[Pair | None]:
+def _pairs(robot: Bodies) -> Iterator[Pair]:
     """Every two chains of equal length below what they share, in the plane that fits them best."""
     for one, other in combinations(_chains(robot), 2):
         shared = sum(a == b for a, b in zip(one, other, strict=False))
