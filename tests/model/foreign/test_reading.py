@@ -11,8 +11,8 @@ import pytest
 from gaitlab.errors import FileError
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot
+from gaitlab.model.foreign.reading import LEAST_MASS, Bodies, read_urdf
 from gaitlab.model.urdf import box_inertia, urdf
-from gaitlab.model.urdf_reading import LEAST_MASS, Bodies, read_urdf
 from gaitlab.robots import bioloid, eros, flow, nao
 
 FILE = Path("robot.urdf")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.model.urdf_reading import Geometry
+from gaitlab.model.foreign.reading import Geometry
 
 DOWNWARD = np.radians(53.0)  # from down, within which a face may be a sole
 ALIKE = np.radians(3.0)  # within which facets are one face
@@ -24,8 +24,8 @@ class FoundSole(NamedTuple):
     """The rectangle that a foot stands on, in the frame of its vertices.
 
     Attributes:
-        centre: Of the rectangle, in [m]. Geometry (3,).
-        rotation: Columns are forward, left and up of the sole. Geometry (3, 3).
+        centre: Of the rectangle, in [m]. Shape (3,).
+        rotation: Columns are forward, left and up of the sole. Shape (3, 3).
         length: Along forward, in [m].
         width: Along left, in [m].
         tilt: Between the sole's up and the frame's, in [rad].
@@ -42,8 +42,8 @@ def find_sole(vertices: np.ndarray, base: np.ndarray) -> FoundSole | None:
     """The sole of a foot; None if no face looks down.
 
     Args:
-        vertices: Of all that the foot is made of, in [m]. Geometry (n, 3).
-        base: Rows are the robot's forward, left and up. Geometry (3, 3).
+        vertices: Of all that the foot is made of, in [m]. Shape (n, 3).
+        base: Rows are the robot's forward, left and up. Shape (3, 3).
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -73,7 +73,7 @@ def find_sole(vertices: np.ndarray, base: np.ndarray) -> FoundSole | None:
 
 
 def corners(shapes: Sequence[Geometry]) -> np.ndarray:
-    """Vertices of boxes, cylinders and spheres in the body's frame, in [m]. Geometry (n, 3).
+    """Vertices of boxes, cylinders and spheres in the body's frame, in [m]. Shape (n, 3).
 
     A cylinder by corners around its ends, a sphere by its six poles.
     """
@@ -105,6 +105,6 @@ def _ring() -> np.ndarray:
 
 
 def _areas(triangles: np.ndarray) -> np.ndarray:
-    """Areas of triangles (n, 3, 3), in [m^2]. Geometry (n,)."""
+    """Areas of triangles (n, 3, 3), in [m^2]. Shape (n,)."""
     first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     return np.linalg.norm(np.cross(first, second), axis=1) / 2.0

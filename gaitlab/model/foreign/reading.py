@@ -36,8 +36,8 @@ class Geometry(NamedTuple):
         size: Edges of a box, radius and length of a cylinder, radius of a sphere, in [m]; scale of
             a mesh along its axes.
         mesh: What the file calls the mesh; empty for other kinds.
-        position: Centre, or origin of the mesh, in the body's frame, in [m]. Geometry (3,).
-        rotation: Likewise. Geometry (3, 3).
+        position: Centre, or origin of the mesh, in the body's frame, in [m]. Shape (3,).
+        rotation: Likewise. Shape (3, 3).
         collision: Whether it is there to be touched, and not only to be seen.
     """
 
@@ -54,7 +54,7 @@ class BodyJoint(NamedTuple):
 
     Attributes:
         name: As in the file.
-        axis: Unit vector in the body's frame. Geometry (3,).
+        axis: Unit vector in the body's frame. Shape (3,).
         lower: In [rad]; minus infinity where the file states no range.
         upper: Likewise; infinity.
         effort: As stated, in [N m]; 0 where it is not.
@@ -82,11 +82,11 @@ class Body:
         links: Names of all its links.
         parent: Place of the parent among the bodies; -1 for the root.
         joint: Joint to the parent; None for the root.
-        position: Its frame in the parent's frame at zero angle, in [m]. Geometry (3,).
-        rotation: Likewise. Geometry (3, 3).
+        position: Its frame in the parent's frame at zero angle, in [m]. Shape (3,).
+        rotation: Likewise. Shape (3, 3).
         mass: In [kg].
-        centre: Centre of mass in the body's frame, in [m]. Geometry (3,).
-        inertia: About that centre, along the body's axes, in [kg m^2]. Geometry (3, 3).
+        centre: Centre of mass in the body's frame, in [m]. Shape (3,).
+        inertia: About that centre, along the body's axes, in [kg m^2]. Shape (3, 3).
         shapes: In the body's frame.
     """
 

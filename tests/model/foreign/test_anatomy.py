@@ -12,9 +12,9 @@ import pytest
 from gaitlab.errors import FileError
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot
-from gaitlab.model.anatomy import Legs, find_legs, lines_of, roles
+from gaitlab.model.foreign.anatomy import Legs, find_legs, lines_of, roles
+from gaitlab.model.foreign.reading import Bodies, Body, read_urdf
 from gaitlab.model.urdf import urdf
-from gaitlab.model.urdf_reading import Bodies, Body, read_urdf
 from gaitlab.robots import bioloid, biped, eros, flow, nao
 
 FILE = Path("robot.urdf")

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitlab.errors import FileError, Problem
-from gaitlab.model.urdf_reading import Bodies
+from gaitlab.model.foreign.reading import Bodies
 
 SHORTEST = 4  # joints of a chain that could be a leg
 USUAL = (5, 6)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.model.sole_finding import corners, find_sole
-from gaitlab.model.urdf_reading import Geometry
+from gaitlab.model.foreign.reading import Geometry
+from gaitlab.model.foreign.sole import corners, find_sole
 
 BASE = np.eye(3)
 SIZE = (0.16, 0.08, 0.02)
