@@ -11,7 +11,8 @@ from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.model import LinkPoses
 from gaitlab.model import Robot as AnyRobot
 from gaitlab.model.soles import SUPPORT_RADIUS
-from gaitlab.model.urdf import box_inertia, urdf
+from gaitlab.model.tree import box_inertia
+from gaitlab.model.urdf import urdf
 from gaitlab.parameters import set_path
 from gaitlab.robots.bioloid import Robot as Bioloid
 from gaitlab.robots.eros import Robot

@@ -4,7 +4,7 @@ A robot is a tree of rigid links with soles and limits of its joints. Protocols 
 only: each robot of a team is a file in `gaitlab.robots`, each gait one in `gaitlab.gaits`.
 """
 
-from gaitlab.model.link_table import SIDES, Shape, Side, Vector
+from gaitlab.model.link_table import SIDES, Shape, Side
 from gaitlab.model.robot import (
     GANTRY_PITCH,
     Gantry,
@@ -16,7 +16,7 @@ from gaitlab.model.robot import (
     standing,
 )
 from gaitlab.model.targets import ROUNDING, require_limits
-from gaitlab.model.tree import Axis, Box, Coupling, Joint, Link, LinkPoses, Tree
+from gaitlab.model.tree import Axis, Box, Coupling, Joint, Link, LinkPoses, Tree, Vector
 
 __all__ = [
     "GANTRY_PITCH",

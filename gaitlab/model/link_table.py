@@ -20,10 +20,9 @@ from math import fsum, radians
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias, cast
 
-from gaitlab.model.tree import Axis, Box, Joint, Link
+from gaitlab.model.tree import Axis, Box, Joint, Link, Vector
 
 Side: TypeAlias = Literal["left", "right"]
-Vector: TypeAlias = tuple[float, float, float]
 Row: TypeAlias = Mapping[str, str]
 Table: TypeAlias = tuple[Row, ...]
 SIDES: tuple[Side, Side] = ("left", "right")

@@ -8,12 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from gaitlab.kinematics.transforms import vector_rotation
 
+Vector: TypeAlias = tuple[float, float, float]
 Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float]
 
 
@@ -26,8 +28,8 @@ class Box:
         centre: Centre in the link frame, in [m].
     """
 
-    size: tuple[float, float, float]
-    centre: tuple[float, float, float]
+    size: Vector
+    centre: Vector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,21 +58,50 @@ class Link:
     Attributes:
         name: Link name.
         parent: Parent link; None for the trunk, whose frame is the robot's.
-        origin: Joint frame in the parent's frame, in [m]; axes parallel at zero angle.
+        origin: Joint frame in the parent's frame, in [m].
         joint: Joint to the parent; None for the trunk.
         mass: Mass, in [kg].
         box: Shape.
-        inertia: Principal moments about the box's centre, in [kg m^2]; None for those of a uniform
-            box.
+        inertia: About the centre of mass along the link's axes, in [kg m^2]: xx, yy, zz, and xy, xz,
+            yz if they are not 0; None for that of a uniform box.
+        com: Centre of mass in the link frame, in [m]; None for the box's centre.
+        turn: Rotation matrix of the frame in the parent's at zero angle, by rows; None for parallel
+            axes.
     """
 
     name: str
     parent: str | None
-    origin: tuple[float, float, float]
+    origin: Vector
     joint: Joint | None
     mass: float
     box: Box
-    inertia: tuple[float, float, float] | None = None
+    inertia: tuple[float, ...] | None = None
+    com: Vector | None = None
+    turn: tuple[float, ...] | None = None
+
+    @property
+    def centre(self) -> Vector:
+        """Centre of mass in the link frame, in [m]."""
+        return self.box.centre if self.com is None else self.com
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Inertia about the centre of mass along the link's axes: xx, yy, zz, xy, xz, yz."""
+        if self.inertia is None:
+            return (*box_inertia(self.mass, self.box.size), 0.0, 0.0, 0.0)
+        return self.inertia if len(self.inertia) == 6 else (*self.inertia, 0.0, 0.0, 0.0)
+
+
+def box_inertia(mass: float, size: Vector) -> Vector:
+    """Principal moments of a uniform box about its centre, in [kg m^2]."""
+    x, y, z = (edge**2 for edge in size)
+    return mass * (y + z) / 12.0, mass * (x + z) / 12.0, mass * (x + y) / 12.0
+
+
+def box_of_inertia(mass: float, moments: Vector) -> Vector:
+    """Edges of the uniform box with these moments in [kg m^2], in [m]: undoes `box_inertia`."""
+    x, y, z = (moment / mass for moment in moments)
+    return sqrt(6.0 * (y + z - x)), sqrt(6.0 * (x + z - y)), sqrt(6.0 * (x + y - z))
 
 
 class Coupling(NamedTuple):
@@ -138,7 +169,10 @@ class Tree:
             parent = self._index[str(link.parent)]
             assert link.joint is not None  # only the trunk has none
             at[k] = at[parent] + _along(turned[parent], link.origin)
-            _turn(turned[parent], link.joint.axis, next(angles), out=turned[k])
+            above = turned[parent]
+            if link.turn is not None:
+                above = np.einsum("ijn,jk->ikn", above, np.reshape(link.turn, (3, 3)))
+            _turn(above, link.joint.axis, next(angles), out=turned[k])
         return LinkPoses(np.moveaxis(at, -1, 0), np.moveaxis(turned, -1, 0))
 
     @cached_property
@@ -149,13 +183,13 @@ class Tree:
         """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
         at, turned = np.moveaxis(poses.position, 0, -1), np.moveaxis(poses.rotation, 0, -1)
         moment = sum(
-            link.mass * (at[k] + _along(turned[k], link.box.centre))
+            link.mass * (at[k] + _along(turned[k], link.centre))
             for k, link in enumerate(self.links)
         )
         return np.transpose(moment) / self.mass
 
 
-def _along(rotation: np.ndarray, vector: tuple[float, float, float]) -> np.ndarray:
+def _along(rotation: np.ndarray, vector: Vector) -> np.ndarray:
     """A constant vector turned by rotations (3, 3, n). Shape (3, n)."""
     moved = np.zeros((3, rotation.shape[-1]))
     for axis, length in enumerate(vector):

@@ -7,18 +7,19 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import sqrt
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from gaitlab.kinematics.transforms import roll_pitch_yaw
 from gaitlab.model import GANTRY_PITCH, Box, Joint, Link, Tree
 from gaitlab.model.soles import SUPPORT_RADIUS, Sole
 
 # A URDF must state both. The servo's law bounds torque and speed, so these bind no servo it knows.
 EFFORT = 1000.0  # N m
 VELOCITY = 100.0  # rad/s
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 SHELL = "_shell"  # behind the name of the link that it belongs to
 
 _AXES = {
@@ -85,7 +86,7 @@ def _add_shell(robot: Element, link: str, box: Box) -> None:
 def _add_no_inertia(link: Element) -> None:
     inertial = SubElement(link, "inertial")
     SubElement(inertial, "mass", value="0.0")
-    SubElement(inertial, "inertia", {f"i{a}": "0.0" for a in ("xx", "xy", "xz", "yy", "yz", "zz")})
+    SubElement(inertial, "inertia", {moment: "0.0" for moment in MOMENTS})
 
 
 def _add_gantry(robot: Element, trunk: str) -> None:
@@ -119,23 +120,10 @@ def _add_link(robot: Element, link: Link, supports: np.ndarray | None) -> None:
 
 def _add_inertial(element: Element, link: Link) -> None:
     inertial = SubElement(element, "inertial")
-    SubElement(inertial, "origin", xyz=_texts(link.box.centre))
+    SubElement(inertial, "origin", xyz=_texts(link.centre))
     SubElement(inertial, "mass", value=_text(link.mass))
-    ixx, iyy, izz = link.inertia or box_inertia(link.mass, link.box.size)
-    moments = {"ixx": ixx, "iyy": iyy, "izz": izz, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+    moments = dict(zip(MOMENTS, link.moments, strict=True))
     SubElement(inertial, "inertia", {name: _text(value) for name, value in moments.items()})
-
-
-def box_inertia(mass: float, size: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Principal moments of a uniform box about its centre, in [kg m^2]."""
-    x, y, z = (edge**2 for edge in size)
-    return mass * (y + z) / 12.0, mass * (x + z) / 12.0, mass * (x + y) / 12.0
-
-
-def box_of_inertia(mass: float, moments: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Edges of the uniform box with these moments in [kg m^2], in [m]: undoes `box_inertia`."""
-    x, y, z = (moment / mass for moment in moments)
-    return sqrt(6.0 * (y + z - x)), sqrt(6.0 * (x + z - y)), sqrt(6.0 * (x + y - z))
 
 
 def _add_box(element: Element, role: str, box: Box) -> None:
@@ -154,7 +142,9 @@ def _add_joint(robot: Element, link: Link, joint: Joint, effort: float, velocity
     element = SubElement(robot, "joint", name=joint.name, type="revolute")
     SubElement(element, "parent", link=str(link.parent))
     SubElement(element, "child", link=link.name)
-    SubElement(element, "origin", xyz=_texts(link.origin))
+    origin = SubElement(element, "origin", xyz=_texts(link.origin))
+    if link.turn is not None:
+        origin.set("rpy", _texts(roll_pitch_yaw(np.reshape(link.turn, (1, 3, 3)))[0]))
     axis = _AXES[joint.axis] if isinstance(joint.axis, str) else _texts(joint.axis)
     SubElement(element, "axis", xyz=axis)
     limits = {"lower": joint.lower, "upper": joint.upper, "effort": effort, "velocity": velocity}

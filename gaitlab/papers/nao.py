@@ -282,7 +282,7 @@ def _left_sole(position: np.ndarray, swing: np.ndarray) -> np.ndarray:
 def _zmp(robot: AnyRobot, position: np.ndarray, rotation: np.ndarray, dt: float) -> np.ndarray:
     """ZMP on the ground of the links as point masses, in [m]. Shape (n - 2, 2)."""
     mass = np.array([link.mass for link in robot.tree.links])[:, None]
-    centre = np.array([link.box.centre for link in robot.tree.links])
+    centre = np.array([link.centre for link in robot.tree.links])
     at = position + np.einsum("nlij,lj->nli", rotation, centre)
     acceleration = (at[2:] - 2.0 * at[1:-1] + at[:-2]) / dt**2
     now, lift = at[1:-1], acceleration[..., 2:] + GRAVITY

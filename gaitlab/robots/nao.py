@@ -31,7 +31,7 @@ from gaitlab.model.limbs import Limb
 from gaitlab.model.link_table import HERE, Row, read_table
 from gaitlab.model.soles import Sole
 from gaitlab.model.targets import angle, both_legs, held, six_joint_targets
-from gaitlab.model.urdf import box_of_inertia
+from gaitlab.model.tree import box_of_inertia
 from gaitlab.parameters import parameter
 
 COUPLED = 1e-6  # rad by which the two hip yaw-pitch angles may differ, for rounding only

@@ -66,7 +66,7 @@ def _link_poses(recording: Recording, robot: Robot) -> LinkPoses:
     """Link poses from the trunk's centre of mass, which Bullet gives, and the joint positions."""
     n = recording.length
     rotation = rotation_of(recording.base[:n, 3:7])
-    centre = np.array(robot.tree.links[0].box.centre)
+    centre = np.array(robot.tree.links[0].centre)
     origin = recording.base[:n, 0:3] - rotation @ centre
     return robot.tree.poses(origin, rotation, recording.joints[:n, 0, : len(robot.tree.joints)])
 

@@ -128,7 +128,7 @@ def _walk(
 ) -> None:
     falling = FallDetector(header.dt, header.standing_height)
     arrival = _Arrival(round(header.startup_time / header.dt), trial.horizon.distance)
-    centre = trial.robot.tree.links[0].box.centre
+    centre = trial.robot.tree.links[0].centre
     loop.feel(engine.state())
     for tick in range(len(loop.sent)):
         engine.command(loop.target(tick))

@@ -33,7 +33,7 @@ class Window:
         self._joints = [found.joint[joint.name] for joint in robot.tree.joints]
         rig = ("gantry_x", "gantry_z") if self._hung else ()
         self._rig = [found.joint[name] for name in rig]
-        self._centre = np.array(robot.tree.links[0].box.centre)
+        self._centre = np.array(robot.tree.links[0].centre)
 
     @property
     def open(self) -> bool:

@@ -11,7 +11,7 @@ from gaitlab.gaits.nao import Gait
 from gaitlab.metrics import measure
 from gaitlab.model import Robot as RobotProtocol
 from gaitlab.model.settings import Horizon
-from gaitlab.model.urdf import box_inertia
+from gaitlab.model.tree import box_inertia
 from gaitlab.parameters import parameters, set_path
 from gaitlab.robots import nao
 from gaitlab.robots.nao import Robot

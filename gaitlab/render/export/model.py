@@ -14,11 +14,14 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+import numpy as np
+
 from gaitlab.documents.outputs import MARK
+from gaitlab.kinematics.transforms import quaternion_of
 from gaitlab.log import GRAVITY, TrialLog
 from gaitlab.model import GANTRY_PITCH, Joint, Link, Robot, couplings_of, gantry_of
 from gaitlab.model.soles import SUPPORT_RADIUS
-from gaitlab.model.urdf import box_inertia, urdf
+from gaitlab.model.urdf import urdf
 from gaitlab.render.export.recorded import ExportedTrial
 from gaitlab.render.scene import channels, link_colour
 
@@ -50,6 +53,9 @@ def _mjcf(shown: ExportedTrial) -> str:
     for link in robot.tree.links:
         above = bodies[link.parent or ""]
         body = SubElement(above, "body", name=link.name, pos=_texts(link.origin))
+        if link.turn is not None:
+            x, y, z, w = quaternion_of(np.reshape(link.turn, (3, 3)))
+            body.set("quat", _texts((w, x, y, z)))
         _fill(body, robot, link)
         bodies[link.name] = body
     _add_couplings(model, robot)
@@ -80,14 +86,12 @@ def _fill(body: Element, robot: Robot, link: Link) -> None:
         _add_joint(body, link.joint)
     else:
         _let_move(body, gantry_of(robot) != "none")
-    moments = link.inertia or box_inertia(link.mass, link.box.size)
-    SubElement(
-        body,
-        "inertial",
-        pos=_texts(link.box.centre),
-        mass=_text(link.mass),
-        diaginertia=_texts(moments),
-    )
+    inertial = SubElement(body, "inertial", pos=_texts(link.centre), mass=_text(link.mass))
+    diagonal, products = link.moments[:3], link.moments[3:]
+    if any(products):
+        inertial.set("fullinertia", _texts(link.moments))
+    else:
+        inertial.set("diaginertia", _texts(diagonal))
     colour = _texts((*channels(link_colour(link, robot.feet)), 1.0))
     foot = link.name in robot.feet
     half = [0.5 * edge for edge in link.box.size]
