@@ -27,6 +27,7 @@ STDOUT, STDERR = 1, 2
 # Groups of what meets what. Bullet lets two meet if either's mask has the other's group, so that a
 # plane's mask has to leave the shells out as well.
 GROUND, OTHERS, LEFT, RIGHT, LEFT_SHELL, RIGHT_SHELL = (1 << bit for bit in range(6))
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 MASS_TOLERANCE = 1e-6  # kg; Bullet has to carry exactly the mass that the robot states
 
 
@@ -75,6 +76,28 @@ def add_plane(client: BulletClient, z: float) -> int:
     client.changeDynamics(plane, -1, lateralFriction=1.0)
     client.setCollisionFilterGroupMask(plane, -1, GROUND, OTHERS | LEFT | RIGHT)
     return int(plane)
+
+
+def place_base(
+    client: BulletClient, body: int, position: Sequence[float], quaternion: Sequence[float]
+) -> None:
+    """Put a robot where its trunk link frame is so, in [m] and xyzw.
+
+    Bullet's base pose is that of the principal axes of inertia in the centre of mass.
+    """
+    local, principal = client.getDynamicsInfo(body, -1)[3:5]
+    if principal == UPRIGHT:
+        centre, _ = client.multiplyTransforms(position, quaternion, local, UPRIGHT)
+        turned = quaternion
+    else:
+        centre, turned = client.multiplyTransforms(position, quaternion, local, principal)
+    client.resetBasePositionAndOrientation(body, centre, turned)
+
+
+def turn_of_principal_axes(client: BulletClient, body: int) -> tuple[float, ...] | None:
+    """From the trunk's principal axes to its link frame, xyzw; None where they are parallel."""
+    x, y, z, w = client.getDynamicsInfo(body, -1)[4]
+    return None if (x, y, z, w) == UPRIGHT else (-x, -y, -z, w)
 
 
 def links(client: BulletClient, body: int) -> range:

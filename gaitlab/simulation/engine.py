@@ -25,13 +25,15 @@ from gaitlab.simulation.bullet import (
     let_legs_meet,
     mobility,
     new_world,
+    place_base,
+    turn_of_principal_axes,
 )
 from gaitlab.simulation.couplings import add_couplings
 from gaitlab.simulation.gantry import Rig
 from gaitlab.simulation.grass import PileUnderFeet, add_layer
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 
-NONE = ((0.0, 0.0), (0.0, 0.0))
+NONE, ORIGIN = ((0.0, 0.0), (0.0, 0.0)), (0.0, 0.0, 0.0)
 SLOP = 1e-5  # m, by which Bullet lets bodies overlap; put down without it they fall for a tick
 
 
@@ -93,6 +95,7 @@ class Engine:
         self._body = add_robot(self._client, robot, self._friction(surface, spread))
         found = indices(self._client, self._body)
         let_legs_meet(self._client, self._body, robot, found, start.joints)
+        self._principal = turn_of_principal_axes(self._client, self._body)
         self._find(robot, found)
         kind = gantry_of(robot)
         self._rig = None if kind == "none" else Rig(self._client, self._body, found, kind)
@@ -166,12 +169,7 @@ class Engine:
         if self._rig is not None:
             self._rig.place(x, z + lift, 2.0 * float(np.arctan2(turn[1], turn[3])))
             return
-        local = client.getDynamicsInfo(self._body, -1)[3]
-        # Bullet's base pose is that of the centre of mass; the robot turns about its link frame.
-        centre, _ = client.multiplyTransforms(
-            (x, y, z + lift), turn.tolist(), local, [0.0, 0.0, 0.0, 1.0]
-        )
-        client.resetBasePositionAndOrientation(self._body, centre, turn.tolist())
+        place_base(client, self._body, (x, y, z + lift), turn.tolist())
 
     def _grow(
         self, robot: Robot, surface: Surface, dt: float, spread: Spread
@@ -247,5 +245,9 @@ class Engine:
         if self._rig is not None:
             return TickState(*self._rig.trunk(), joints, contacts)
         position, quaternion = self._base_pose(self._body)
+        if self._principal is not None:
+            _, quaternion = self._client.multiplyTransforms(
+                ORIGIN, quaternion, ORIGIN, self._principal
+            )
         velocity, spin = self._base_velocity(self._body)
         return TickState(position, quaternion, velocity, spin, joints, contacts)

@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 
 from gaitlab.model import Robot, gantry_of
-from gaitlab.simulation.bullet import BulletClient, add_robot, indices
+from gaitlab.simulation.bullet import BulletClient, add_robot, indices, place_base
 from gaitlab.surfaces.surface import Surface
 
 GREEN, GREY = (0.35, 0.55, 0.25, 0.45), (0.75, 0.72, 0.66, 1.0)
@@ -33,7 +33,6 @@ class Window:
         self._joints = [found.joint[joint.name] for joint in robot.tree.joints]
         rig = ("gantry_x", "gantry_z") if self._hung else ()
         self._rig = [found.joint[name] for name in rig]
-        self._centre = np.array(robot.tree.links[0].centre)
 
     @property
     def open(self) -> bool:
@@ -49,10 +48,7 @@ class Window:
             for index, at in zip(self._rig, (position[0], position[2]), strict=True):
                 client.resetJointState(self._body, index, float(at))
         else:
-            centre, _ = client.multiplyTransforms(
-                position.tolist(), quaternion.tolist(), self._centre.tolist(), [0, 0, 0, 1]
-            )
-            client.resetBasePositionAndOrientation(self._body, centre, quaternion.tolist())
+            place_base(client, self._body, position.tolist(), quaternion.tolist())
         target = [float(position[0]), float(position[1]), self._height]
         client.resetDebugVisualizerCamera(NEAR * self._height, TURN, TILT, target)
 
