@@ -9,7 +9,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -26,6 +26,7 @@ MOVING = ("revolute", "continuous")
 LEAST_MASS = 1e-3  # kg; what moves and states no mass gets it, for nothing can move without
 LEAST_RADIUS = 2e-3  # m, of gyration, of what gets that mass
 HEAVIEST = 200.0  # kg; a humanoid beyond it is in grams or in pounds
+SHOWN = 3  # names of a list that a note gives
 
 
 class Geometry(NamedTuple):
@@ -134,6 +135,12 @@ class Bodies:
             position[k] = position[body.parent] + rotation[body.parent] @ body.position
             rotation[k] = rotation[body.parent] @ body.rotation
         return position, rotation
+
+
+def some(names: Sequence[str], one: str, many: str) -> str:
+    """How many there are and the first of them: `12 bodies (a, b, c and 9 more)`."""
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"{len(names)} {one if len(names) == 1 else many} ({', '.join(names[:SHOWN])}{more})"
 
 
 def read_urdf(text: str, file: Path) -> Bodies:
@@ -254,13 +261,13 @@ def _merged(
                 continue
             growing.append(_Growing(_child(joint), place, _moving(joint), at, turn))
             todo.append((_child(joint), len(growing) - 1, np.zeros(3), np.eye(3)))
-    notes = list[str]()
-    bodies = tuple(_finished(body, notes) for body in growing)
+    light = [body.name for body in growing if body.joint is not None and not body.parts]
+    given = f"without a mass that move; each is given {1e3 * LEAST_MASS:g} g"
     found = Bodies(
         name=root.attributes.get("name", "robot"),
-        bodies=bodies,
+        bodies=tuple(map(_finished, growing)),
         link_count=len(links),
-        notes=tuple(notes),
+        notes=(f"{some(light, 'body', 'bodies')}: {given}",) if light else (),
     )
     if not 0.0 < found.mass <= HEAVIEST:
         raise root.wrong(
@@ -381,7 +388,7 @@ def _shape(tag: Tag, collision: bool) -> Geometry | None:
     return None
 
 
-def _finished(body: _Growing, notes: list[str]) -> Body:
+def _finished(body: _Growing) -> Body:
     """A body with the sums of its links."""
     mass = sum(part[0] for part in body.parts)
     if mass > 0.0:
@@ -393,9 +400,6 @@ def _finished(body: _Growing, notes: list[str]) -> Body:
     else:
         centre, inertia = np.zeros(3), np.zeros((3, 3))
         if body.joint is not None:
-            notes.append(
-                f"{body.name} moves and states no mass; it is given {1e3 * LEAST_MASS:g} g"
-            )
             mass, inertia = LEAST_MASS, LEAST_MASS * LEAST_RADIUS**2 * np.eye(3)
     return Body(
         name=body.name,
