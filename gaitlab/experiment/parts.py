@@ -270,7 +270,9 @@ class Parts:
         return tuple(ready[name] for name in wanted)
 
     def _servo(self, name: str, settings: Mapping[str, Value]) -> Servo:
-        return changed(load_servo(name, Path(self.robot_code.name).parent), settings)
+        own: Mapping[str, Servo] = getattr(self.robot, "own_servos", {})
+        found = own.get(name) or load_servo(name, Path(self.robot_code.name).parent)
+        return changed(found, settings)
 
 
 def changes_of(group: str, changes: Mapping[str, Value]) -> dict[str, Value]:

@@ -27,7 +27,6 @@ LONGEST_STEP = 0.5  # rad in one iteration; linearised further a leg folds the w
 ITERATIONS = 60
 SETTLED = 1e-12  # rad; a smaller step moves no sole by what a float can tell
 TURN = 0.2  # m a radian: how far a wrong turn of the sole weighs beside a wrong place
-WEIGHTS = np.array([1.0, 1.0, 1.0, TURN, TURN, TURN])
 
 
 class SolePoses(NamedTuple):
@@ -43,8 +42,8 @@ class LegSolution(NamedTuple):
     Attributes:
         angles: Within the limits, in [rad]. Shape (n, joints).
         misplaced: Distance of the sole from where it should be, in [m]. Shape (n,).
-        misturned: Angle by which it is turned wrongly, in [rad]; a leg without a joint for one of
-            the three turns leaves that turn over. Shape (n,).
+        misturned: Angle by which it is turned wrongly, in [rad], turns that are not held left out.
+            Shape (n,).
     """
 
     angles: np.ndarray
@@ -64,6 +63,8 @@ class AxisLeg:
         rotation: Rotation of the sole at zero angles. Shape (3, 3).
         limits: Lower and upper angle of each joint, in [rad]; infinite where there is none. Shape
             (joints, 2).
+        holds: Whether the leg holds the sole's roll, pitch and yaw; one of five joints leaves one
+            of them over, and puts the sole in its place all the same.
     """
 
     axes: np.ndarray
@@ -71,6 +72,7 @@ class AxisLeg:
     sole: np.ndarray
     rotation: np.ndarray
     limits: np.ndarray
+    holds: tuple[bool, bool, bool] = (True, True, True)
 
     def forward(self, angles: np.ndarray) -> SolePoses:
         """Pose of the sole for angles in [rad]. Shape (n, joints)."""
@@ -107,16 +109,23 @@ class AxisLeg:
             if not len(left):
                 break
         reached = self.forward(angles)
-        wrong = _rotation_vector(wanted.rotation @ np.swapaxes(reached.rotation, 1, 2))
+        wrong = self._wrong_turn(wanted.rotation, reached.rotation)
         misplaced = np.linalg.norm(wanted.position - reached.position, axis=1)
         return LegSolution(angles, misplaced, np.linalg.norm(wrong, axis=1))
+
+    def _wrong_turn(self, wanted: np.ndarray, reached: np.ndarray) -> np.ndarray:
+        """Rotation vectors to wanted rotations in their own frames, as far as held. Shape (n, 3)."""
+        turn = _rotation_vector(np.swapaxes(reached, 1, 2) @ wanted)
+        return turn * np.array(self.holds, dtype=float)
 
     def _step(self, angles: np.ndarray, wanted: SolePoses) -> np.ndarray:
         """One damped step towards poses, in [rad]. Shape (n, joints)."""
         position, turned, axes, points = self._walked(angles)
-        rows = _screws(position, axes, points) * WEIGHTS
-        turn = _rotation_vector(wanted.rotation @ np.swapaxes(turned, 1, 2))
-        error = np.concatenate([wanted.position - position, TURN * turn], axis=1)
+        rows = _screws(position, axes, points)
+        # A turn is weighed in the sole's frame, since the one that is not held is the sole's.
+        rows[:, :, 3:] = rows[:, :, 3:] @ turned * (TURN * np.array(self.holds, dtype=float))
+        turn = TURN * self._wrong_turn(wanted.rotation, turned)
+        error = np.concatenate([wanted.position - position, turn], axis=1)
         pull = np.einsum("njk,nk->nj", rows, error)
         free = self._free(angles, pull)
         rows = rows * free[:, :, None]

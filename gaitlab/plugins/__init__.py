@@ -56,7 +56,7 @@ WITHIN: dict[str, tuple[str, ...]] = {  # folders that names reach into
 }
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "gait": (".py",),
-    "robot": (".py",),
+    "robot": (".py", ".yaml", ".yml", ".urdf", ".xacro"),
     "balance": (".py",),
     "metric": (".py",),
     "servo": (".yaml", ".yml"),
@@ -64,6 +64,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "motion": (".yaml", ".yml"),
     "experiment": (".yaml", ".yml"),
 }
+READERS: dict[str, str] = {"robot": "gaitlab.model.foreign.robot_file"}  # of files without code
 MEMBERS: dict[str, tuple[str, ...]] = {  # of their protocols
     "gait": ("step_length", "hip_height", "gait_period", "startup_time", "feet"),
     "robot": ("name", "feet", "tree", "sole", "joint_targets", "hip_offset"),
@@ -206,9 +207,17 @@ def is_shipped(kind: Kind, path: Path) -> bool:
 
 
 def code_digest(kind: Kind, name: str, relative_to: Path | None = None) -> str | None:
-    """SHA-256 of the text of a user's own plug-in; None for a shipped one."""
+    """SHA-256 of a user's own plug-in, its text or the numbers it describes; None for a shipped."""
     path = locate(kind, name, relative_to)
+    if not is_code(path) and kind in READERS:
+        digest: str = importlib.import_module(READERS[kind]).load_robot(path).digest
+        return digest
     return None if is_shipped(kind, path) else hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def is_code(file: str | Path) -> bool:
+    """Whether a file of the user's own is Python that runs, and no description that is read."""
+    return Path(file).suffix.lower() == ".py"
 
 
 def load_class(
@@ -227,6 +236,9 @@ def load_class(
         FileError: If the file does not load or holds no dataclass of that name.
     """
     path = locate(kind, name, relative_to)
+    if not is_code(path) and kind in READERS:
+        cls: type = importlib.import_module(READERS[kind]).load_robot(path).cls
+        return cls
     if is_shipped(kind, path):
         module = importlib.import_module(f"gaitlab.{IN_PACKAGE[kind]}.{path.stem}")
     else:

@@ -29,6 +29,7 @@ from gaitlab.plugins import (
     Files,
     Kind,
     code_digest,
+    is_code,
     is_shipped,
     label,
     load_class,
@@ -78,6 +79,11 @@ class Plugin:
     declared: bool = False
 
     @property
+    def is_code(self) -> bool:
+        """Whether it is Python of the user's own, which may read what nobody sees."""
+        return self.digest is not None and is_code(self.name)
+
+    @property
     def identity(self) -> str:
         """What tells it apart: its text and its files, or for a shipped one its name."""
         if not self.files:
@@ -116,7 +122,7 @@ class Plugin:
         Raises:
             WrongValue: If it may have read what nobody saw, and nothing is declared.
         """
-        if self.digest is None:
+        if not self.is_code:
             return self
         own = user_code(Path(self.name))
         if own.unseen and declared is None:
@@ -135,7 +141,7 @@ class Plugin:
         Raises:
             WrongValue: Names the file, and how to declare it.
         """
-        if self.digest is None:
+        if not self.is_code:
             return
         own = user_code(Path(self.name), self.files)
         if own.unseen and not self.declared:
@@ -355,7 +361,7 @@ def own_code(data: Mapping[str, Any]) -> list[Plugin]:
         for code in codes
         if isinstance(code, Mapping)
     ]
-    return [code for code in found if code.digest is not None]
+    return [code for code in found if code.is_code]
 
 
 def _unpacked(kind: CodeKind, code: Plugin, given: Mapping[str, Value]) -> Any:

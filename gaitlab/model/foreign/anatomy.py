@@ -18,6 +18,7 @@ import numpy as np
 
 from gaitlab.errors import FileError, Problem
 from gaitlab.model.foreign.reading import Bodies
+from gaitlab.plugins import suggestion
 
 SHORTEST = 4  # joints of a chain that could be a leg
 USUAL = (5, 6)
@@ -84,20 +85,57 @@ class Legs:
     named: tuple[int, int]
 
 
-def find_legs(robot: Bodies, file: Path) -> Legs:
+def find_legs(
+    robot: Bodies, file: Path, *, feet: tuple[str, str] | None = None, forward: str | None = None
+) -> Legs:
     """The two legs.
 
+    Args:
+        robot: Bodies of the URDF.
+        file: The URDF.
+        feet: Names of the left and the right foot link, where geometry is not to decide.
+        forward: Axis of the root link that points ahead, `x` or `-y` for instance, likewise.
+
     Raises:
-        FileError: If no two chains mirror each other; names the nearest.
+        FileError: If no two chains mirror each other; names the nearest. If no link is called so.
     """
-    pairs = list(_pairs(robot))
+    normals = np.eye(3) if forward is None else _lateral(forward)[None]
+    if feet is not None:
+        first, second = (_chain_to(robot, link, file) for link in feet)
+        shared = sum(a == b for a, b in zip(first, second, strict=False))
+        first, second = first[shared:], second[shared:]
+        if not len(first) == len(second) >= SHORTEST:
+            message = (
+                f"the legs to {feet[0]} and {feet[1]} have {len(first)} and {len(second)} joints; "
+                f"as many on both sides are expected, at least {SHORTEST}"
+            )
+            raise FileError([Problem(file=file, line=None, column=None, message=message)])
+        fits = [_mirrored(robot, first, second, normal) for normal in normals]
+        return _sided(robot, min(fits, key=lambda p: (p.misfits, p.apart)), first, forward)
+    pairs = list(_pairs(robot, normals))
     found = [pair for pair in pairs if pair.misfits <= MISFITS * len(pair.first)]
     if not found:
         raise FileError([Problem(file=file, line=None, column=None, message=_none(robot, pairs))])
     lowest = min(pair.foot_height for pair in found)
     near = [pair for pair in found if pair.foot_height <= lowest + LOWEST]
     best = min(near, key=lambda p: (len(p.first) not in USUAL, p.misfits, -len(p.first), p.apart))
-    return _sided(robot, best)
+    return _sided(robot, best, None, forward)
+
+
+def _lateral(forward: str) -> np.ndarray:
+    """The left of what points forward along an axis of the root."""
+    ahead = np.eye(3)["xyz".index(forward[-1])] * (-1.0 if forward.startswith("-") else 1.0)
+    return np.cross(np.array([0.0, 0.0, 1.0]), ahead)
+
+
+def _chain_to(robot: Bodies, link: str, file: Path) -> tuple[int, ...]:
+    """From the root down to the body of a link, without the root."""
+    body = next((k for k, each in enumerate(robot.bodies) if link in each.links), None)
+    if body is None:
+        known = suggestion(link, [name for each in robot.bodies for name in each.links])
+        message = f"legs: no link is called {link!r}{known}"
+        raise FileError([Problem(file=file, line=None, column=None, message=message)])
+    return _way_to(robot, body)
 
 
 def lines_of(robot: Bodies, chain: Sequence[int]) -> AxisLines:
@@ -134,21 +172,26 @@ def _chains(robot: Bodies) -> list[tuple[int, ...]]:
     for leaf in range(1, len(robot.bodies)):
         if leaf in parents:
             continue
-        chain, body = list[int](), leaf
-        while body > 0:
-            chain.insert(0, body)
-            body = robot.bodies[body].parent
-        chains.append(tuple(chain))
+        chains.append(_way_to(robot, leaf))
     return chains
 
 
-def _pairs(robot: Bodies) -> Iterator[Pair]:
+def _way_to(robot: Bodies, body: int) -> tuple[int, ...]:
+    """From the root down to a body, without the root."""
+    chain = list[int]()
+    while body > 0:
+        chain.insert(0, body)
+        body = robot.bodies[body].parent
+    return tuple(chain)
+
+
+def _pairs(robot: Bodies, normals: np.ndarray) -> Iterator[Pair]:
     """Every two chains of equal length below what they share, in the plane that fits them best."""
     for one, other in combinations(_chains(robot), 2):
         shared = sum(a == b for a, b in zip(one, other, strict=False))
         first, second = one[shared:], other[shared:]
         if len(first) == len(second) >= SHORTEST:
-            fits = [_mirrored(robot, first, second, normal) for normal in np.eye(3)]
+            fits = [_mirrored(robot, first, second, normal) for normal in normals]
             yield min(fits, key=lambda pair: (pair.misfits, pair.apart))
 
 
@@ -176,13 +219,19 @@ def _mirrored(
     return Pair(first, second, normal, offset, int((~fits).sum()), most, height)
 
 
-def _sided(robot: Bodies, pair: Pair) -> Legs:
-    """The pair with its left leg first."""
+def _sided(
+    robot: Bodies, pair: Pair, named_left: tuple[int, ...] | None, forward: str | None
+) -> Legs:
+    """The pair with its left leg first: as the user says, as names say, on the positive side."""
     votes = [_votes(robot, chain) for chain in (pair.first, pair.second)]
     lead = (votes[0][0] - votes[0][1]) - (votes[1][0] - votes[1][1])
     a, b = lines_of(robot, pair.first), lines_of(robot, pair.second)
     ahead = float(np.sum((a.points - b.points) @ pair.normal))  # the first on the positive side
     first_is_left = lead > 0 if lead else ahead > 0.0
+    if forward is not None:
+        first_is_left = ahead > 0.0  # the normal is the left
+    if named_left is not None:
+        first_is_left = pair.first == named_left
     left, right = (pair.first, pair.second) if first_is_left else (pair.second, pair.first)
     lateral = pair.normal * np.sign(ahead) * (1.0 if first_is_left else -1.0)
     up = np.array([0.0, 0.0, 1.0])

@@ -16,7 +16,7 @@ from gaitlab.errors import FileError
 from gaitlab.model.foreign.anatomy import Legs, lines_of, roles
 from gaitlab.model.foreign.meshes import MeshFault, sentences, vertices_of, vertices_of_feet
 from gaitlab.model.foreign.reading import LEAST_RADIUS, Bodies, Body, BodyJoint, some
-from gaitlab.model.urdf import box_inertia
+from gaitlab.model.tree import box_inertia
 
 SHORTEST_LEG, LONGEST_LEG = 0.05, 3.0  # m
 LARGEST_RADIUS = 0.9  # of gyration, in leg lengths

@@ -10,7 +10,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 from pathlib import Path
@@ -413,6 +413,19 @@ def _finished(body: _Growing) -> Body:
         inertia=np.asarray(inertia),
         shapes=tuple(body.shapes),
     )
+
+
+def with_lump(robot: Bodies, place: int, mass: float, at: np.ndarray) -> Bodies:
+    """The robot with a point mass more on a body, in [kg], at a point of its frame in [m]."""
+    body = robot.bodies[place]
+    total = body.mass + mass
+    if total <= 0.0:
+        return robot
+    centre = (body.mass * body.centre + mass * at) / total
+    inertia = body.inertia + _steiner(body.mass, body.centre - centre) + _steiner(mass, at - centre)
+    heavier = replace(body, mass=total, centre=centre, inertia=inertia)
+    bodies = (*robot.bodies[:place], heavier, *robot.bodies[place + 1 :])
+    return replace(robot, bodies=bodies)
 
 
 def _steiner(mass: float, offset: np.ndarray) -> np.ndarray:
