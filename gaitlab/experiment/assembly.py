@@ -31,6 +31,7 @@ from gaitlab.experiment.parts import (
 )
 from gaitlab.experiment.schema import Sections
 from gaitlab.metrics import take_in
+from gaitlab.model import Robot
 from gaitlab.model.clearance import require_own_space
 from gaitlab.model.commands import require_playable
 from gaitlab.model.servo import Servo
@@ -61,7 +62,8 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     """
     problems: list[Problem] = []
     robot = collected(problems, lambda: _plugged("robot", sections.robot, varied))
-    gait = collected(problems, lambda: _plugged("gait", sections.gait, varied))
+    suited = None if robot is None else robot[0]
+    gait = collected(problems, lambda: _plugged("gait", sections.gait, varied, suited))
     surfaces = collected(problems, lambda: read_surfaces(sections))
     servo = collected(problems, lambda: read_servo(sections.servo))
     balance = collected(problems, lambda: _balance(sections.balance, varied))
@@ -100,12 +102,24 @@ def _balance(
     return _plugged("balance", node, varied)
 
 
-def _plugged(kind: CodeKind, node: Node, varied: Mapping[str, Node]) -> tuple[Any, Plugin]:
+def _plugged(
+    kind: CodeKind, node: Node, varied: Mapping[str, Node], robot: Robot | None = None
+) -> tuple[Any, Plugin]:
+    """What a section names, made with its settings, and its code.
+
+    Args:
+        kind: What it is.
+        node: The section.
+        varied: First value of every varied path.
+        robot: What a gait is scaled to that says how; None to leave it as its file has it.
+    """
     name = _type_of(kind, node)
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
     if kind == "gait" and "walk" in node.mapping and hasattr(cls, "of"):
-        node = _standing(cls, node)
+        node = _standing(cls, node, robot)
+    elif robot is not None and hasattr(cls, "suited_to"):
+        node = _suited(cls, node, robot)
     try:
         made: Any = build(cls, _with_own_files(cls, _completed(cls, kind, node, varied)))
         checked(node, lambda: try_out(kind, made))
@@ -140,12 +154,23 @@ def _completed(cls: type, kind: str, node: Node, varied: Mapping[str, Node]) -> 
     return node.replaced(**{p: n for p, n in lacking.items() if p not in node.mapping})
 
 
-def _standing(cls: Any, node: Node) -> Node:
+def _suited(cls: Any, node: Node, robot: Robot) -> Node:
+    """A gait scaled to a robot, in numbers, where the file does not set it otherwise."""
+    values: dict[str, float] = checked(node, lambda: cls.suited_to(robot))
+    found = {
+        name: Node(file=node.file, line=node.line, column=node.column, value=value)
+        for name, value in values.items()
+        if name not in node.mapping
+    }
+    return node.replaced(**found)
+
+
+def _standing(cls: Any, node: Node, robot: Robot | None) -> Node:
     """A gait that stands as another starts to walk: what it takes from there, in numbers."""
     walk = node.mapping["walk"]
     if isinstance(walk.value, str):
         walk = walk.holding(Node(file=walk.file, value={"type": walk}))
-    made, _ = _plugged("gait", walk, {})
+    made, _ = _plugged("gait", walk, {}, robot)
     pose: dict[str, float] = checked(walk, lambda: cls.of(made))
     taken = {name: walk.holding(Node(file=walk.file, value=value)) for name, value in pose.items()}
     return node.without("walk", *taken).replaced(**{**taken, **_given(node, taken)})

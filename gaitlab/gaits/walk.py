@@ -8,6 +8,9 @@ and acceleration with which stance ends and begins, so that targets are smooth u
 derivative. Its lift rises to the apex and falls from it by the quintic smoothstep. The trunk sways
 to the stance side as a sine. Sway, lift and steps grow together by the same smoothstep.
 
+What is not said of it is scaled to the robot: lengths with its legs, durations with the period of
+a pendulum as long as its centre of mass is high, the sway with that of a linear inverted pendulum.
+
 References:
     LynchPark2017: Lynch and Park, Modern Robotics, Cambridge University Press, 2017.
 """
@@ -20,9 +23,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitlab.model import Robot
 from gaitlab.model.gait import FeetPoses
+from gaitlab.model.stance import stance_of
 from gaitlab.parameters import parameter
 
+PERIOD = 0.7  # of the natural period
+STEP_LENGTH, STEP_HEIGHT = 0.1, 0.07  # of the leg's length
+SWAY = 1.2  # of a linear inverted pendulum's
+_SCALED = "assumption: scaled to the robot; here for a leg of 0.4 m. A search finds its own"
 _USUAL = "assumption: usual among kid-size robots; a search finds a robot's own"
 _STRAIGHT = 1e-9  # rad/s; slower a trunk goes straight
 
@@ -47,7 +56,7 @@ class Gait:
         low=-1.0,
         high=1.0,
         doc="between the feet in double support; negative walks backwards",
-        source=_USUAL,
+        source=_SCALED,
     )
     side_step: float = parameter(
         0.0, unit="m", low=-0.5, high=0.5, doc="to the left in a step", source=_USUAL
@@ -56,31 +65,31 @@ class Gait:
         0.0, unit="rad", low=-1.0, high=1.0, doc="to the left in a step", source=_USUAL
     )
     gait_period: float = parameter(
-        0.75, unit="s", low=0.1, high=10.0, doc="a full cycle of two steps", source=_USUAL
+        0.75, unit="s", low=0.1, high=10.0, doc="a full cycle of two steps", source=_SCALED
     )
     double_support_ratio: float = parameter(
         0.2, unit="-", low=0.0, high=0.9, doc="share of the period on both feet", source=_USUAL
     )
     step_height: float = parameter(
-        0.03, unit="m", low=0.0, high=0.5, doc="apex of the swing foot", source=_USUAL
+        0.03, unit="m", low=0.0, high=0.5, doc="apex of the swing foot", source=_SCALED
     )
     apex_phase: float = parameter(
         0.5, unit="-", low=0.2, high=0.8, doc="share of the swing before the apex", source=_USUAL
     )
     step_width: float = parameter(
-        0.1, unit="m", low=0.0, high=1.0, doc="between the feet", source=_USUAL
+        0.1, unit="m", low=0.0, high=1.0, doc="between the feet", source=_SCALED
     )
     hip_height: float = parameter(
-        0.3, unit="m", low=0.05, high=2.0, doc="hips over the soles", source=_USUAL
+        0.3, unit="m", low=0.05, high=2.0, doc="hips over the soles", source=_SCALED
     )
     com_offset: float = parameter(
-        0.0, unit="m", low=-0.3, high=0.3, doc="hips ahead of the ankles", source=_USUAL
+        0.0, unit="m", low=-0.3, high=0.3, doc="hips ahead of the ankles", source=_SCALED
     )
     trunk_pitch: float = parameter(
         0.0, unit="rad", low=-0.5, high=0.6, doc="lean about the hips", source=_USUAL
     )
     lateral_sway: float = parameter(
-        0.02, unit="m", low=0.0, high=0.3, doc="of the trunk to either side", source=_USUAL
+        0.02, unit="m", low=0.0, high=0.3, doc="of the trunk to either side", source=_SCALED
     )
     sway_phase: float = parameter(
         0.0, unit="-", low=-0.25, high=0.25, doc="cycles by which the sway is late", source=_USUAL
@@ -91,6 +100,25 @@ class Gait:
     startup_cycles: int = parameter(
         2, unit="-", low=1, high=10, doc="in which the walk grows", source="assumption"
     )
+
+    @classmethod
+    def suited_to(cls, robot: Robot) -> dict[str, float]:
+        """The parameters that a robot's size decides, as far as nobody sets them.
+
+        Raises:
+            Infeasible: If the robot cannot even stand with bent knees.
+        """
+        stance = stance_of(robot)
+        period = PERIOD * stance.natural_period
+        return {
+            "step_length": STEP_LENGTH * stance.leg_length,
+            "gait_period": period,
+            "step_height": STEP_HEIGHT * stance.leg_length,
+            "step_width": stance.step_width,
+            "hip_height": stance.hip_height,
+            "com_offset": stance.com_offset,
+            "lateral_sway": SWAY * stance.sway(period),
+        }
 
     @property
     def startup_time(self) -> float:

@@ -36,9 +36,11 @@ from gaitlab.plugins import is_file_name, suggestion
 SERVO_TORQUE = 0.5  # m g L, of a servo that nobody states
 SERVO_SPEED = 7.0  # rad/s, likewise
 ASSUMED = {  # what neither a URDF nor two numbers say of a servo
-    **{"voltage": 12.0, "supply": 12.0, "torque_limit": 1.0, "position_gain": 40.0},
-    **{"latency": 0.004, "resolution": 0.0, "backlash": 0.0, "mass": 0.0},
+    **{"voltage": 12.0, "supply": 12.0, "torque_limit": 1.0, "latency": 0.004},
+    **{"resolution": 0.0, "backlash": 0.0, "mass": 0.0},
 }
+FULL_DUTY = 0.05  # rad of error; an MX-28 whose P gain is turned up has it
+STIFFEST = 500.0  # 1/s
 DEFAULT = "default"  # in place of a pattern: every other joint
 FORWARD = ("x", "-x", "y", "-y")
 EXPECTED = "expected a mapping with `urdf: ./my.urdf`"
@@ -311,6 +313,11 @@ def _wished(posture: list[tuple[re.Pattern[str], float, Node]], name: str) -> fl
     return next((angle for pattern, angle, _ in posture if pattern.fullmatch(name)), None)
 
 
+def _assumed(no_load_speed: float) -> dict[str, float]:
+    """What neither a URDF nor two numbers say of a servo."""
+    return {**ASSUMED, "position_gain": min(no_load_speed / FULL_DUTY, STIFFEST)}
+
+
 class _Servos:
     """Which servo each joint has: the file's word, else the URDF's numbers, else an assumption.
 
@@ -354,7 +361,7 @@ class _Servos:
     def _numbers(self, start: str, torque: float, speed: float) -> str:
         name = f"{start}: {torque:.4g} N m, {speed:.4g} rad/s"
         limits = parameter_table(Servo)
-        values = {"stall_torque": torque, "no_load_speed": speed, **ASSUMED}
+        values = {"stall_torque": torque, "no_load_speed": speed, **_assumed(speed)}
         bounded = {
             key: min(max(value, limits[key].low or 0.0), limits[key].high or value)
             for key, value in values.items()
@@ -390,9 +397,10 @@ class _Servos:
             except GaitlabError as error:
                 raise FileError([node.problem(f"servos: {error}")]) from error
             return str(found) if is_file_name(node.value) else node.value
+        speed = node.mapping.get("no_load_speed", node).value
         assumed = {
             name: node.holding(Node(file=node.file, value=value))
-            for name, value in ASSUMED.items()
+            for name, value in _assumed(speed if isinstance(speed, float) else 1.0).items()
             if name not in node.mapping
         }
         name = f"{plain(key)} of {path.stem}"
