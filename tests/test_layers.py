@@ -48,6 +48,7 @@ OWNERS = {
     "numba": {"surfaces", "servos", "render", "model"},
     "matplotlib": {"report", "render", "papers"},
     "PIL": {"render"},
+    "trimesh": {"model"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
 

@@ -6,15 +6,14 @@ number. The length of a leg is the measure: nothing of a robot spins like a body
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from gaitlab.errors import FileError
 from gaitlab.model.foreign.anatomy import Legs, lines_of, roles
-from gaitlab.model.foreign.meshes import MeshFault, sentences, vertices_of, vertices_of_feet
+from gaitlab.model.foreign.meshes import MeshFault, sentences, vertices_of
 from gaitlab.model.foreign.reading import LEAST_RADIUS, Bodies, Body, BodyJoint, some
 from gaitlab.model.tree import box_inertia
 
@@ -71,14 +70,12 @@ def mend(robot: Bodies, legs: Legs, file: Path) -> Bodies:
         (_unlike_masses(robot, legs), "pair of leg bodies", "pairs of leg bodies",
          f"masses of left and right differ by more than {UNLIKE:.0%}; weigh them"),
         (_unlike_limits(robot, legs), "pair of leg joints", "pairs of leg joints",
-         "limits of left and right are no mirror images; the narrower one binds both in a walk"),
-        (_below_the_feet(robot, legs, vertices, file), "body", "bodies",
+         "limits of left and right are no mirror images; measure them, one of each pair is wrong"),
+        (_below_the_feet(robot, legs, vertices), "body", "bodies",
          "geometry below the soles at zero angles; it may touch the ground before the feet do"),
     )  # fmt: skip
     notes = [f"{some(names, one, many)}: {text}" for names, one, many, text in found if names]
-    return replace(
-        robot, bodies=tuple(bodies), notes=(*robot.notes, *notes, *sentences(faults))
-    )
+    return replace(robot, bodies=tuple(bodies), notes=(*robot.notes, *notes, *sentences(faults)))
 
 
 def leg_lengths(robot: Bodies, legs: Legs) -> tuple[float, float]:
@@ -139,7 +136,7 @@ def _refuse_knees_that_contradict(robot: Bodies, legs: Legs) -> None:
         bends.append((knee, bool(middle * pitch > 0.0)))
     (left, one), (right, other) = bends
     if one != other:
-        ways = [f"{'backward' if bend else 'forward'}" for bend in (one, other)]
+        ways = ["backward" if bend else "forward" for bend in (one, other)]
         raise right.tag.wrong(
             f"the knees contradict each other: by axis and limits {left.name!r} brings the shank "
             f"{ways[0]} and {right.name!r} {ways[1]}. Turn the axis of one around, or exchange "
@@ -200,12 +197,10 @@ def _unlike_limits(robot: Bodies, legs: Legs) -> list[str]:
     return names
 
 
-def _below_the_feet(
-    robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], file: Path
-) -> list[str]:
+def _below_the_feet(robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray]) -> list[str]:
     """Bodies other than the feet with geometry below that of the feet at zero angles."""
     position, rotation = robot.at_zero
-    heights: Mapping[int, float] = {
+    heights = {
         k: float(((position[k] + own @ rotation[k].T) @ legs.base[2]).min())
         for k, own in enumerate(vertices)
         if len(own)
@@ -215,4 +210,4 @@ def _below_the_feet(
     if not soles:
         return []
     lowest = min(soles) - UNDER_SOLE
-    return [robot.bodies[k].name for k, at in heights.items() if k not in feet and at < lowest]
+    return [robot.bodies[k].name for k, at in heights.items() if at < lowest]

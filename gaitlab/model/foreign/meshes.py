@@ -12,7 +12,7 @@ import os
 import re
 from collections.abc import Iterator, MutableSequence, Sequence
 from functools import lru_cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from posixpath import normpath
 from typing import NamedTuple
 
@@ -105,10 +105,12 @@ def vertices_of_feet(
 
 def sentences(faults: Sequence[MeshFault]) -> tuple[str, ...]:
     """A sentence for each kind of fault, with the meshes that have it."""
-    meshes: dict[str, dict[str, None]] = {}
-    for fault in faults:
-        meshes.setdefault(fault.why, {})[PurePosixPath(fault.mesh.replace("\\", "/")).name] = None
-    return tuple(f"{some([*names], 'mesh', 'meshes')}: {why}" for why, names in meshes.items())
+    meshes: dict[str, dict[str, str]] = {}
+    for mesh, why in faults:
+        meshes.setdefault(why, {})[mesh] = mesh.replace("\\", "/").rpartition("/")[2]
+    return tuple(
+        f"{some([*names.values()], 'mesh', 'meshes')}: {why}" for why, names in meshes.items()
+    )
 
 
 def find_mesh(name: str, file: Path, faults: MutableSequence[MeshFault]) -> Path | None:
@@ -232,15 +234,15 @@ def _points(path: Path, size: int) -> np.ndarray:
         import trimesh
 
         try:
-            mesh = trimesh.load_mesh(
-                stream, file_type=kind[1:], process=False, skip_materials=True
-            )
-            points = np.asarray(mesh.vertices)[np.unique(mesh.faces)]
+            mesh = trimesh.load_mesh(stream, file_type=kind[1:], process=False, skip_materials=True)
+            used = np.zeros(len(mesh.vertices), dtype=bool)
+            used[mesh.faces] = True
+            points = np.asarray(mesh.vertices, dtype=float)[used]
         except Exception as error:  # a reader may stumble over anything in a broken file
             raise UnreadableMesh(f"broken, no {kind[1:].upper()}; export it again") from error
     if not len(points) or not np.isfinite(points).all():
         raise UnreadableMesh("without triangles, or with points at no place; export it again")
-    return points.astype(float)
+    return points
 
 
 def _thinned(points: np.ndarray) -> np.ndarray:

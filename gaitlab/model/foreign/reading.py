@@ -262,7 +262,7 @@ def _merged(
             growing.append(_Growing(_child(joint), place, _moving(joint), at, turn))
             todo.append((_child(joint), len(growing) - 1, np.zeros(3), np.eye(3)))
     light = [body.name for body in growing if body.joint is not None and not body.parts]
-    given = f"without a mass that move; each is given {1e3 * LEAST_MASS:g} g"
+    given = f"no mass stated, though it has a joint; given {1e3 * LEAST_MASS:g} g each"
     found = Bodies(
         name=root.attributes.get("name", "robot"),
         bodies=tuple(map(_finished, growing)),

@@ -115,9 +115,7 @@ class Wishes(NamedTuple):
     sole: Mapping[str, float]
 
 
-def reduced(
-    robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], wishes: Wishes
-) -> Reduced:
+def reduced(robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], wishes: Wishes) -> Reduced:
     """The robot that walks.
 
     Args:
@@ -167,9 +165,7 @@ class _Reduction:
         order += [k for k in self.heads if self.heads[k] == k and k not in order]
         frames = {k: (self._on_axis(k), np.eye(3)) for k in order}
         for side, leg in enumerate((left, right)):
-            frames |= {
-                k: (leg.points[i], np.eye(3)) for i, k in enumerate(self.chains[side])
-            }
+            frames |= {k: (leg.points[i], np.eye(3)) for i, k in enumerate(self.chains[side])}
             frames[self.chains[side][-1]] = (leg.ankle, leg.rotation)
         links = tuple(self._link(k, frames) for k in order)
         held = {plain(self._joint(k).name): self._rest(k) for k in order if self._is_held(k)}
@@ -337,7 +333,9 @@ class _Reduction:
         references = [
             hip if k < pitch[1] else knee if k == pitch[1] else ankle for k in range(len(axes))
         ]
-        on_line = points + axes * np.einsum("ij,ij->i", axes, np.array(references) - points)[:, None]
+        on_line = (
+            points + axes * np.einsum("ij,ij->i", axes, np.array(references) - points)[:, None]
+        )
         joints = [self._joint(k) for k in self.chains[side]]
         limits = np.array([limits_of(joint.lower, joint.upper) for joint in joints])
         letters = roles(axes).upper()

@@ -11,9 +11,8 @@ weighed, a posture; and puts right what was found wrong: legs, sole, the way ahe
 
 from __future__ import annotations
 
-import dataclasses
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,7 +25,7 @@ from gaitlab.log import GRAVITY
 from gaitlab.model.foreign.anatomy import Legs, find_legs
 from gaitlab.model.foreign.checks import leg_lengths, mend, without_servo
 from gaitlab.model.foreign.meshes import MeshFault, find_mesh, sentences, vertices_of
-from gaitlab.model.foreign.reading import Bodies, BodyJoint, with_lump, read_urdf
+from gaitlab.model.foreign.reading import Bodies, BodyJoint, read_urdf, with_lump
 from gaitlab.model.foreign.reduced import Reduced, Wishes, plain, reduced
 from gaitlab.model.foreign.robot import numbers_digest, robot_class
 from gaitlab.model.servo import Servo
@@ -270,7 +269,9 @@ def _urdf_text(path: Path) -> str:
         )
         raise FileError([Problem(file=path, line=1, column=None, message=message)]) from error
     folder = path.parent.resolve()
-    package = next((up for up in (folder, *folder.parents) if (up / "package.xml").exists()), folder)
+    package = next(
+        (up for up in (folder, *folder.parents) if (up / "package.xml").exists()), folder
+    )
     xacro.substitution_args._eval_find = lambda _name: str(package)  # type: ignore[attr-defined]
     try:
         expanded: str = xacro.process_file(str(path)).toxml()

@@ -2,7 +2,8 @@
 
 The convex hull of the foot's vertices has many facets; those that look down and nearly alike are
 one face. The face with the largest area is the sole, its normal the way down, and what lies within
-a few millimetres of it is the rectangle that carries the robot.
+a few millimetres of it is the rectangle that carries the robot. Where most of a face is flat, what
+curves up at its edges does not tilt it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from gaitlab.model.foreign.reading import Geometry
 
 DOWNWARD = np.radians(53.0)  # from down, within which a face may be a sole
 ALIKE = np.radians(3.0)  # within which facets are one face
+FLAT = np.radians(0.5)  # within which facets are in one plane
 DEPTH = 4e-3  # m above the lowest point, within which rounded edges still carry
 CIRCLE = 24  # corners by which a round shape is replaced
 
@@ -56,8 +58,13 @@ def find_sole(vertices: np.ndarray, base: np.ndarray) -> FoundSole | None:
     if not low.any():
         return None
     normals, areas = normals[low], areas[low]
-    alike = normals @ normals.T >= np.cos(ALIKE)
+    cosine = normals @ normals.T
+    alike = cosine >= np.cos(ALIKE)
     group = alike[np.argmax(alike @ areas)]
+    flat = (cosine >= np.cos(FLAT)) & group & group[:, None]
+    shares = flat @ areas / areas[group].sum()
+    if shares.max() > 0.5:
+        group = flat[np.argmax(shares)]
     up = -np.sum(normals[group] * areas[group, None], axis=0)
     up /= np.linalg.norm(up)
     left = np.cross(up, base[0])

@@ -12,6 +12,7 @@ from gaitlab.errors import FileError
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot
 from gaitlab.model.foreign.reading import LEAST_MASS, Bodies, read_urdf
+from gaitlab.model.tree import box_inertia
 from gaitlab.model.urdf import urdf
 from gaitlab.robots import bioloid, eros, flow, nao
 
@@ -53,7 +54,7 @@ def test_our_robots_come_back(robot: Robot) -> None:
         assert np.allclose(at, zero.position[0, k], atol=1e-12)
         assert np.allclose(turn, zero.rotation[0, k], atol=1e-12)
         assert np.allclose(body.centre, link.box.centre, atol=1e-12)
-        moments = link.moments[:3]
+        moments = link.inertia or box_inertia(link.mass, link.box.size)
         assert np.allclose(body.inertia, np.diag(moments), atol=1e-9)
         if link.joint is not None:
             assert body.joint is not None
@@ -80,8 +81,18 @@ def test_a_fixed_link_is_part_of_what_carries_it() -> None:
 def test_what_moves_without_a_mass_is_light_and_named() -> None:
     found = read(ARM)
     assert found.bodies[1].mass == LEAST_MASS
-    assert len(found.notes) == 1
-    assert "hand" in found.notes[0]
+    (note,) = found.notes
+    assert "1 body (hand)" in note
+
+
+def test_all_that_move_without_a_mass_are_one_note() -> None:
+    fingers = "".join(
+        f'<link name="f{k}"/><joint name="j{k}" type="continuous">'
+        f'<parent link="hand"/><child link="f{k}"/></joint>'
+        for k in range(9)
+    )
+    (note,) = read(ARM.replace("</robot>", f"{fingers}</robot>")).notes
+    assert note.startswith("10 bodies (hand, f0, f1 and 7 more)")
 
 
 @pytest.mark.parametrize(
@@ -105,7 +116,11 @@ def test_a_world_that_a_robot_floats_in_is_no_part_of_it() -> None:
 WRONG = [
     ("<robot", "<robot <", 1, "XML"),
     ('<robot name="arm">', '<!DOCTYPE r [<!ENTITY a "b">]><robot name="arm">', 1, "DOCTYPE"),
+    ('<robot name="arm">', '<robot name="&arm;">', 1, "XML"),
     ('name="hand"', 'name="base"', 8, "'base'"),
+    ('name="wrist"', 'name="bolt"', 11, "'bolt'"),
+    ('parent link="plate"', 'parent link="fist"', 11, "'fist'"),
+    ('<link name="hand"/>', '<link name="hand"/><link name="lost"/>', 8, "2 links"),
     ('child link="hand"', 'child link="fist"', 11, "'fist'"),
     ('type="revolute"', 'type="prismatic"', 11, "prismatic"),
     ('<axis xyz="0 0 -2"/>', '<axis xyz="0 0 0"/>', 12, "no axis"),
@@ -129,6 +144,27 @@ def test_a_mistake_is_named_where_it_stands(old: str, new: str, line, words) -> 
     assert problem.file == FILE
     assert line is None or problem.line == line
     assert words is None or words in problem.message
+
+
+def test_broken_xml_is_named_by_line_and_column() -> None:
+    broken = ARM.replace('<link name="hand"/>', '<link name="hand" name="fist"/>')
+    with pytest.raises(FileError) as caught:
+        read(broken)
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.column) == (8, 1 + broken.splitlines()[7].index('name="fist'))
+
+
+def test_a_robot_without_joints_is_refused() -> None:
+    with pytest.raises(FileError, match="joint") as caught:
+        read('<robot name="stone"><link name="stone"/></robot>')
+    assert caught.value.problems[0].line == 1
+
+
+def test_a_robot_without_mass_is_refused() -> None:
+    without = re.sub(r"<inertial>.*?</inertial>", "", ARM, flags=re.DOTALL)
+    fixed = re.sub(r'"revolute"(.*?)<axis.*?/>', r'"fixed"\1', without, flags=re.DOTALL)
+    with pytest.raises(FileError, match="weighs 0 kg"):
+        read(fixed)
 
 
 def test_another_document_is_refused() -> None:

@@ -53,6 +53,14 @@ def test_what_stands_on_a_sole_does_not_make_it_larger() -> None:
     assert (found.length, found.width, found.tilt) == pytest.approx((*SIZE[:2], 0.0))
 
 
+def test_a_toe_that_bends_up_does_not_tilt_a_flat_sole() -> None:
+    toe = [[0.12, y, -0.01 + 0.04 * np.tan(np.radians(2.5))] for y in (-0.04, 0.04)]
+    found = find_sole(np.vstack([corners([box()]), toe]), BASE)
+    assert found is not None
+    assert found.tilt == pytest.approx(0.0, abs=1e-9)
+    assert found.centre[2] == pytest.approx(-0.01)
+
+
 def test_studs_carry_over_the_rectangle_that_they_span() -> None:
     studs = [
         Geometry("cylinder", (0.005, 0.01), "", np.array([x, y, 0.0]), BASE, collision=True)
