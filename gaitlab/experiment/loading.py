@@ -21,7 +21,7 @@ from gaitlab.experiment.reading import DEEPEST_INCLUDE, apply_setting, read_tree
 from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.experiment.study import Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
-from gaitlab.plugins import forget_user_code, locate, names
+from gaitlab.plugins import forget_user_code, label, locate, names
 from gaitlab.simulation.trial import Plugin
 
 REPRODUCTION = "reproduction"  # key of a file that is no experiment
@@ -115,7 +115,7 @@ def _resolved_text(path: Path, tree: Node, settings: Sequence[str]) -> str:
 def _experiment(path: Path, tree: Node, text: str) -> Experiment:
     (sections, parts, axes, study, design), walkers = _read(tree)
     seeds = _seeds(sections.seeds)
-    name = sections.name or path.stem
+    name = (sections.name or path.stem).replace("{robot}", label(parts.robot_code.name))
     # A base file lays out what its grids vary; a study has a page of its own.
     layout = ReportSettings(title=sections.report.title or sections.title)
     report = layout if study else read_layout(tree, sections, axes)

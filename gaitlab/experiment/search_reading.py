@@ -5,6 +5,7 @@ gait.tick_increment: {low: 0.03, high: 0.12, log: true}
 gait.heel_strike: [none, add]
 gait.heel_gain: {low: 0.1, high: 0.6, when: {gait.heel_strike: [add]}}
 gait.x_law: {choices: [printed, quarter], when: {gait.heel_strike: add}}
+gait.gait_period: {low: 0.7, high: 1.5, relative: true}   # times the value that it has before
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from math import floor
-from typing import Any, get_args, get_origin
+from typing import Any, cast, get_args, get_origin
 
-from gaitlab.documents import Node, Reader, collected, read_mapping
+from gaitlab.documents import Node, Reader, check, collected, read_mapping
 from gaitlab.errors import FileError, Problem, WrongValue
 from gaitlab.experiment.axes import nearly_listed
 from gaitlab.experiment.parts import Parts, Value
@@ -24,6 +25,10 @@ from gaitlab.parameters import Parameter
 from gaitlab.plugins import suggestion
 
 ROUNDING = 1e-6  # steps; forgives 0.05 / 0.01 being below 5
+RELATIVE = Parameter(
+    name="relative", type=bool, doc="whether low and high are times the value before the search"
+)
+FACTOR = Parameter(name="", type=float, low=-1000.0, high=1000.0, doc="times the value before")
 LOG = Parameter(name="log", type=bool, doc="whether ratios count and not differences")
 
 
@@ -60,7 +65,7 @@ def first_values(node: Node | None) -> dict[str, Node]:
     for path, item in (node.mapping if node else {}).items():
         listed = item.mapping.get("choices", item).items
         value = item.mapping.get("low", listed[0] if listed else None)
-        if value is not None:
+        if value is not None and "relative" not in item.mapping:
             values[path] = value
     return values
 
@@ -140,11 +145,47 @@ def _read_item(path: str, search: Node, parts: Parts) -> Numbers | Choices:
         return replace(given["choices"], when=given.get("when"))
     if node.mapping and item.type not in (int, float):
         raise FileError([node.problem(f"{path}: has no range; {_expected(item)}")])
+    if "relative" in node.mapping:
+        node = _from_base(item, node, parts)
     least = 1 if item.type is int else None
     step = replace(item, low=least, high=None, doc="distance of the allowed values")
     further: dict[str, Reader] = {"step": step, "when": condition}
     numbers, given = read_range(item, node, further, _expected(item))
     return replace(numbers, when=given.get("when"))
+
+
+def _from_base(item: Parameter, node: Node, parts: Parts) -> Node:
+    """A range with its ends as values; what goes beyond the parameter's own limits ends there.
+
+    Raises:
+        FileError: If the value before the search is 0, none, or several.
+    """
+    if not check(replace(RELATIVE, name=f"{item.name}: relative"), node.mapping["relative"]):
+        return node.without("relative")
+    before = parts.base_values(item.name)
+    if item.type is not float or len(before) != 1 or not before[0]:
+        shown = ", ".join(map(str, before)) or "nothing"
+        message = (
+            f"{item.name}: relative: the value before the search is {shown}; one number other than "
+            "0 is needed. Write low and high in the parameter's unit"
+        )
+        raise FileError([node.mapping["relative"].problem(message)])
+    base = float(cast(float, before[0]))
+    factors = [
+        check(replace(FACTOR, name=f"{item.name}: {end}"), node.mapping[end])
+        for end in ("low", "high")
+        if end in node.mapping
+    ]
+    if len(factors) < 2:
+        return node.without("relative")  # what lacks is said by whoever reads it
+    least, most = (base * factor for factor in sorted(factors, key=lambda f: base * f))
+    ends = {
+        "low": least if item.low is None else max(least, item.low),
+        "high": most if item.high is None else min(most, item.high),
+    }
+    return node.without("relative").replaced(
+        **{end: node.mapping[end].holding(Node(file=node.file, value=v)) for end, v in ends.items()}
+    )
 
 
 def _read_choices(item: Parameter, node: Node, parts: Parts) -> Choices:

@@ -17,20 +17,24 @@ References:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from math import pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gaitlab.errors import Infeasible
 from gaitlab.model import Robot
 from gaitlab.model.gait import FeetPoses
-from gaitlab.model.stance import stance_of
+from gaitlab.model.stance import EXTENSION, Stance, stance_of
 from gaitlab.parameters import parameter
 
-PERIOD = 0.7  # of the natural period
-STEP_LENGTH, STEP_HEIGHT = 0.1, 0.07  # of the leg's length
-SWAY = 1.2  # of a linear inverted pendulum's
+PERIOD = 0.45  # of the natural period
+STEP_LENGTH, STEP_HEIGHT = 0.08, 0.05  # of the leg's length
+SWAY = 1.0  # of a linear inverted pendulum's
+EXTENSIONS = (EXTENSION, 0.88, 0.84, 0.8, 0.95, 0.97)  # of the legs, the first that leaves room
+LOOKED_AT = 64  # instants of a walk that has to be possible
 _SCALED = "assumption: scaled to the robot; here for a leg of 0.4 m. A search finds its own"
 _USUAL = "assumption: usual among kid-size robots; a search finds a robot's own"
 _STRAIGHT = 1e-9  # rad/s; slower a trunk goes straight
@@ -68,7 +72,7 @@ class Gait:
         0.75, unit="s", low=0.1, high=10.0, doc="a full cycle of two steps", source=_SCALED
     )
     double_support_ratio: float = parameter(
-        0.2, unit="-", low=0.0, high=0.9, doc="share of the period on both feet", source=_USUAL
+        0.3, unit="-", low=0.0, high=0.9, doc="share of the period on both feet", source=_USUAL
     )
     step_height: float = parameter(
         0.03, unit="m", low=0.0, high=0.5, doc="apex of the swing foot", source=_SCALED
@@ -102,13 +106,27 @@ class Gait:
     )
 
     @classmethod
-    def suited_to(cls, robot: Robot) -> dict[str, float]:
+    def suited_to(cls, robot: Robot) -> dict[str, Any]:
         """The parameters that a robot's size decides, as far as nobody sets them.
 
         Raises:
-            Infeasible: If the robot cannot even stand with bent knees.
+            Infeasible: If such a walk is beyond the robot's joints however it bends its knees.
         """
-        stance = stance_of(robot)
+        problems = []
+        for sway, extension in product((SWAY, 0.0), EXTENSIONS):  # some legs do not go sideways
+            try:
+                suited = cls._scaled(stance_of(robot, extension), sway)
+                made = replace(cls(), **suited)
+                end = made.startup_time + made.gait_period
+                robot.joint_targets(made.feet(np.linspace(0.0, end, LOOKED_AT)))
+            except Infeasible as problem:
+                problems.append(problem)
+            else:
+                return suited
+        raise problems[0]
+
+    @staticmethod
+    def _scaled(stance: Stance, sway: float) -> dict[str, Any]:
         period = PERIOD * stance.natural_period
         return {
             "step_length": STEP_LENGTH * stance.leg_length,
@@ -117,7 +135,7 @@ class Gait:
             "step_width": stance.step_width,
             "hip_height": stance.hip_height,
             "com_offset": stance.com_offset,
-            "lateral_sway": SWAY * stance.sway(period),
+            "lateral_sway": sway * stance.sway(period),
         }
 
     @property

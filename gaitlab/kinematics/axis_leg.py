@@ -114,7 +114,7 @@ class AxisLeg:
         return LegSolution(angles, misplaced, np.linalg.norm(wrong, axis=1))
 
     def _wrong_turn(self, wanted: np.ndarray, reached: np.ndarray) -> np.ndarray:
-        """Rotation vectors to wanted rotations in their own frames, as far as held. Shape (n, 3)."""
+        """Rotation vectors to wanted rotations, in the soles' frames, as far as held. (n, 3)."""
         turn = _rotation_vector(np.swapaxes(reached, 1, 2) @ wanted)
         return turn * np.array(self.holds, dtype=float)
 

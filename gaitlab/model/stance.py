@@ -1,7 +1,7 @@
 """How a robot stands when it is about to walk, and the natural measures that its walk scales with.
 
-Knees bent so that hip and ankle are 0.92 of the leg's length apart, soles as far apart as at zero
-angles, the centre of mass over the middle of the soles. A robot's natural period is that of a
+Knees bent so that hip and ankle are some 0.92 of the leg's length apart, soles as far apart as at
+zero angles, the centre of mass over the middle of the soles. A robot's natural period is that of a
 pendulum as long as its centre of mass is high, its sway that of a linear inverted pendulum which
 steps in place [Kajita2001].
 
@@ -62,8 +62,12 @@ class Stance(NamedTuple):
         return 0.5 * self.sole_apart * (1.0 - 1.0 / cosh(omega * period / 4.0))
 
 
-def stance_of(robot: Robot) -> Stance:
+def stance_of(robot: Robot, extension: float = EXTENSION) -> Stance:
     """How a robot stands.
+
+    Args:
+        robot: The robot.
+        extension: From hip to ankle, as a share of thigh and shank.
 
     Raises:
         Infeasible: If it cannot stand so.
@@ -73,7 +77,7 @@ def stance_of(robot: Robot) -> Stance:
     ankle = poses.position[0, robot.tree.index(robot.feet[0])]
     hips = -robot.hip_offset()
     sole = robot.sole
-    straight, bent, under = _lengths(robot, hips, poses)
+    straight, bent, under = _lengths(robot, hips, poses, extension)
     across = max(2.0 * float(ankle[1]), sole.width + GAP - 2.0 * sole.outward)
     height, offset, com = bent + under, 0.0, 0.0
     middle = sole.centre_of(0)[0]
@@ -116,7 +120,9 @@ def _chain(robot: Robot) -> list[Link]:
     return chain
 
 
-def _lengths(robot: Robot, hips: float, zero: LinkPoses) -> tuple[float, float, float]:
+def _lengths(
+    robot: Robot, hips: float, zero: LinkPoses, extension: float
+) -> tuple[float, float, float]:
     """From hip to ankle of a straight and of a bent leg, and from there to the sole, in [m].
 
     A leg without three joints that pitch stays as it is at zero angles.
@@ -125,6 +131,7 @@ def _lengths(robot: Robot, hips: float, zero: LinkPoses) -> tuple[float, float, 
         robot: The robot.
         hips: Height of the hips in the trunk's frame, in [m].
         zero: Poses of its links at zero angles.
+        extension: Of the bent leg.
     """
     position, rotation = zero.position[0], zero.rotation[0]
     chain = [(robot.tree.index(link.name), link.joint) for link in _chain(robot)]
@@ -141,7 +148,7 @@ def _lengths(robot: Robot, hips: float, zero: LinkPoses) -> tuple[float, float, 
     thigh, shank = (np.linalg.norm((b - a)[[0, 2]]) for a, b in ((hip, knee), (knee, ankle)))
     straight = float(thigh + shank)
     over = float(rotation[foot, :, 2] @ (ankle - position[foot]))
-    return straight, EXTENSION * straight, over + robot.sole.height
+    return straight, extension * straight, over + robot.sole.height
 
 
 def _unit(axis: Axis) -> np.ndarray:

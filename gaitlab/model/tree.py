@@ -62,8 +62,8 @@ class Link:
         joint: Joint to the parent; None for the trunk.
         mass: Mass, in [kg].
         box: Shape.
-        inertia: About the centre of mass along the link's axes, in [kg m^2]: xx, yy, zz, and xy, xz,
-            yz if they are not 0; None for that of a uniform box.
+        inertia: About the centre of mass along the link's axes, in [kg m^2]: xx, yy, zz, and xy,
+            xz, yz if they are not 0; None for that of a uniform box.
         com: Centre of mass in the link frame, in [m]; None for the box's centre.
         turn: Rotation matrix of the frame in the parent's at zero angle, by rows; None for parallel
             axes.

@@ -173,8 +173,9 @@ class _Reduction:
         other = self._size(foot_soles[1], right, side=1)
         if max(abs(a - b) for a, b in zip(sole, other, strict=True)) > UNEQUAL:
             self.notes.append(
-                f"the soles differ: left {1e3 * sole.length:.0f} x {1e3 * sole.width:.0f} mm, right "
-                f"{1e3 * other.length:.0f} x {1e3 * other.width:.0f} mm; both are taken as the left"
+                f"the soles differ: left {1e3 * sole.length:.0f} x {1e3 * sole.width:.0f} mm, "
+                f"right {1e3 * other.length:.0f} x {1e3 * other.width:.0f} mm; both are taken as "
+                "the left"
             )
         names = [plain(self.robot.bodies[chain[-1]].name) for chain in self.chains]
         return Reduced(
@@ -269,8 +270,8 @@ class _Reduction:
         if len(found) < 3:
             which = ("left", "right")[side]
             raise WrongValue(
-                f"the {which} leg turns as {roles(axes)}: a hip, a knee and an ankle that pitch are "
-                "needed. If these are no legs, name the feet: `legs: {left: LINK, right: LINK}`"
+                f"the {which} leg turns as {roles(axes)}: a hip, a knee and an ankle that pitch "
+                "are needed. If these are no legs, name the feet: `legs: {left: LINK, right: LINK}`"
             )
         hip, knee, ankle = (int(k) for k in found[-3:])
         return hip, knee, ankle
@@ -281,7 +282,7 @@ class _Reduction:
         return np.array([at[0], 0.0, at[2]])
 
     def _aside(self) -> float:
-        """Lateral place of the left leg: where the first axis that is not lateral passes, in [m]."""
+        """Lateral place of the left leg, its first axis that is not lateral, in [m]."""
         places = []
         for side in (0, 1):
             axes, points = self._lines(side)
@@ -317,7 +318,7 @@ class _Reduction:
                 f"{0.14 * reach:.3f}, heel: {0.14 * reach:.3f}, height: {0.1 * reach:.3f}}}` into "
                 "the robot file"
             )
-        axes, points = self._lines(0)
+        _, points = self._lines(0)
         ankle = points[self._pitches(0)[2]]
         heel = wanted.get("heel", 0.4 * wanted["length"])
         centre = np.array(

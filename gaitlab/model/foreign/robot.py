@@ -150,7 +150,7 @@ class ForeignRobot:
 
 @dataclass(frozen=True)
 class _Changes:
-    """Instants at which poses differ from those before, and for each instant which of them holds."""
+    """Instants at which poses differ from those before, and which of them holds at each."""
 
     first: np.ndarray
     of: np.ndarray

@@ -1,7 +1,7 @@
 """A robot that is a URDF, or a file of a few lines that names one and says what it cannot.
 
-`robot: ./my.urdf` is enough. `my_robot.yaml` adds what a URDF does not know: servos, a mass that was
-weighed, a posture; and puts right what was found wrong: legs, sole, the way ahead.
+`robot: ./my.urdf` is enough. `my_robot.yaml` adds what a URDF does not know: servos, a mass that
+was weighed, a posture; and puts right what was found wrong: legs, sole, the way ahead.
 
     urdf: ./my.urdf
     servos: {default: mx_106, '.*hip_yaw': {stall_torque: 6.0, no_load_speed: 8.2}}
@@ -272,7 +272,7 @@ def _urdf_text(path: Path) -> str:
     package = next(
         (up for up in (folder, *folder.parents) if (up / "package.xml").exists()), folder
     )
-    xacro.substitution_args._eval_find = lambda _name: str(package)  # type: ignore[attr-defined]
+    xacro.substitution_args._eval_find = lambda _name: str(package)
     try:
         expanded: str = xacro.process_file(str(path)).toxml()
     except Exception as error:  # xacro raises many kinds of its own
