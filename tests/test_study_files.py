@@ -25,7 +25,8 @@ from gaitlab.experiment.study import (
     Racing,
 )
 from gaitlab.experiment.study_reading import HAS
-from gaitlab.plugins import names
+from gaitlab.parameters import parameters
+from gaitlab.plugins import load_class, names
 from tests.written import GAIT
 
 SHIPPED = Path(__file__).parent.parent / "experiments"
@@ -94,6 +95,39 @@ def test_the_space_is_what_the_file_says_with_conditions_last(tmp_path: Path) ->
             path="gait.sign", options=(1, -1), when=Condition(path="gait.smooth", values=(True,))
         ),
     )
+
+
+def test_a_relative_range_is_times_what_was_there_and_keeps_the_parameters_limits(
+    tmp_path: Path,
+) -> None:
+    given = "gait.step_length: {low: 0.01, high: 0.06, step: 0.01}"
+    text = changed(given, "gait.step_height: {low: 0.5, high: 3, relative: true}")
+    text = text.replace(
+        "    gait.step_height: {low: 0.01, high: 0.05, when: {gait.heel_strike: [add, literal]}}\n", ""
+    )
+    (item,) = [i for i in read(tmp_path, text).study.search if i.path == "gait.step_height"]
+    assert item.ends == pytest.approx((0.01, 0.06))
+    (limit,) = [p.high for p in parameters(_gait_class(tmp_path)) if p.name == "step_height"]
+    (item,) = [
+        i
+        for i in read(tmp_path, text.replace("high: 3", "high: 900")).study.search
+        if i.path == "gait.step_height"
+    ]
+    assert item.ends[1] == limit
+    (problem,) = problems(tmp_path, text.replace("gait.step_height", "gait.areas"))
+    assert problem.line == place_of(text, "{low: 0.5", 0)[0]
+
+
+def _gait_class(folder: Path) -> type:
+    return load_class("gait", str(folder / "my_gait.py"))
+
+
+def test_a_study_may_be_called_by_its_robot() -> None:
+    assert load_experiment("first_walk").name == "first_walk_eros"
+    other = load_experiment("first_walk", ["robot=nao"])
+    assert other.name == "first_walk_nao"
+    ends = [i.ends for e in (load_experiment("first_walk"), other) for i in e.study.search]
+    assert len(set(ends)) > len(ends) / 2, "each robot has ranges of its own"
 
 
 def test_aims_are_what_the_file_says(tmp_path: Path) -> None:

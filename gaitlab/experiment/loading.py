@@ -158,17 +158,17 @@ def _read(tree: Node) -> tuple[_Walk, dict[str, Parts]]:
     if any(other.axes != first.axes for other in others):
         message = "one_at_a_time: the walkers start from different values; put the paths under grid"
         raise FileError([tree.mapping["walkers"].problem(message)])
-    axis = Axis(paths=(WALKER,), rows=tuple((label,) for label in found))
-    parts = {label: walk.parts for label, walk in found.items()}
+    axis = Axis(paths=(WALKER,), rows=tuple((walker,) for walker in found))
+    parts = {walker: walk.parts for walker, walk in found.items()}
     return first._replace(axes=(axis, *first.axes)), parts
 
 
 def _all_walks(trees: Mapping[str, Node]) -> dict[str, _Walk]:
     found: dict[str, _Walk] = {}
     problems: list[Problem] = []
-    for label, tree in trees.items():
+    for walker, tree in trees.items():
         try:
-            found[label] = _walk(tree)
+            found[walker] = _walk(tree)
         except FileError as error:
             problems += error.problems
     if problems:

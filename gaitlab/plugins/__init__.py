@@ -184,7 +184,8 @@ def _own_file(kind: Kind, name: str, folder: Path) -> Path:
     if what != "a file":
         beside = [found.name for found in _files(file.parent, allowed[0])]
         near = nearest(file.name, beside) or known
-        raise UnknownName(f"{name!r}: there is {what} {file}; give a {allowed[0]} file{near}")
+        kinds = " or ".join(allowed)
+        raise UnknownName(f"{name!r}: there is {what} {file}; give a {kinds} file{near}")
     # The folder is resolved but a link keeps its own name, which is what the results are called.
     return file.parent.resolve() / file.name
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitlab.model.foreign.anatomy import Legs, lines_of, roles
-from gaitlab.model.foreign.meshes import MeshFault, sentences, vertices_of
+from gaitlab.model.foreign.meshes import MeshFault, sentences, vertices_of_all
 from gaitlab.model.foreign.reading import LEAST_RADIUS, Bodies, Body, BodyJoint, some
 from gaitlab.model.tree import box_inertia
 
@@ -51,7 +51,7 @@ def mend(robot: Bodies, legs: Legs, file: Path) -> Bodies:
         )
     _refuse_knees_that_contradict(robot, legs)
     faults = list[MeshFault]()
-    vertices = [vertices_of(body, file, faults) for body in robot.bodies]
+    vertices = vertices_of_all(robot, file, faults)
     bodies, replaced = [], []
     for body, corners in zip(robot.bodies, vertices, strict=True):
         if body.mass > 0.0 and not _possible(body.mass, body.inertia, length):

@@ -21,7 +21,7 @@ import numpy as np
 from gaitlab.errors import GaitlabError
 from gaitlab.model.foreign.anatomy import Legs
 from gaitlab.model.foreign.reading import Bodies, Body, some
-from gaitlab.model.foreign.sole import corners
+from gaitlab.model.foreign.sole import UP, corners
 
 PARENTS = 4  # folders above the URDF's that may hold its meshes
 PACKAGE_ROOTS = ("package.xml", ".git")  # what lies in the uppermost folder of a package
@@ -51,7 +51,23 @@ class UnreadableMesh(GaitlabError):
     exit_code = 3
 
 
-def vertices_of(body: Body, file: Path, faults: MutableSequence[MeshFault]) -> np.ndarray:
+def vertices_of_all(
+    robot: Bodies, file: Path, faults: MutableSequence[MeshFault]
+) -> list[np.ndarray]:
+    """Vertices of every body in its own frame, in [m]. Shapes (n, 3).
+
+    Args:
+        robot: The bodies; their root's z is up.
+        file: URDF that they stand in.
+        faults: Takes what is wrong with their meshes.
+    """
+    ups = robot.at_zero[1][:, 2]  # the root's z in each body's frame
+    return [vertices_of(b, file, faults, up) for b, up in zip(robot.bodies, ups, strict=True)]
+
+
+def vertices_of(
+    body: Body, file: Path, faults: MutableSequence[MeshFault], up: np.ndarray = UP
+) -> np.ndarray:
     """Vertices of a body in its own frame, in [m]. Shape (n, 3), without any for want of geometry.
 
     What is there to be touched counts; what is there to be seen, if that gives nothing.
@@ -60,10 +76,11 @@ def vertices_of(body: Body, file: Path, faults: MutableSequence[MeshFault]) -> n
         body: The body.
         file: URDF that it stands in.
         faults: Takes what is wrong with its meshes.
+        up: What is up at zero angles, in the body's frame. Shape (3,).
     """
     for collision in (True, False):
         shapes = [shape for shape in body.shapes if shape.collision is collision]
-        vertices = [corners(shapes)]
+        vertices = [corners(shapes, up)]
         for shape in shapes:
             if shape.kind != "mesh":
                 continue

@@ -289,7 +289,9 @@ class _Reduction:
             hip = points[self._pitches(side)[0]]
             k = next((i for i, axis in enumerate(axes) if abs(axis[1]) < LATERAL), None)
             if k is not None:
-                places.append(abs(points[k, 1] + axes[k, 1] * (axes[k] @ (hip - points[k]))))
+                flat = axes[k, [0, 2]]
+                along = flat @ (hip - points[k])[[0, 2]] / (flat @ flat)
+                places.append(abs(points[k, 1] + along * axes[k, 1]))
         return float(np.mean(places)) if places else abs(float(self._lines(0)[1][-1, 1]))
 
     def _soles(self) -> tuple[FoundSole, FoundSole]:

@@ -24,7 +24,7 @@ from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
 from gaitlab.log import GRAVITY
 from gaitlab.model.foreign.anatomy import Legs, find_legs
 from gaitlab.model.foreign.checks import leg_lengths, mend, without_servo
-from gaitlab.model.foreign.meshes import MeshFault, find_mesh, sentences, vertices_of
+from gaitlab.model.foreign.meshes import MeshFault, find_mesh, sentences, vertices_of_all
 from gaitlab.model.foreign.reading import Bodies, BodyJoint, read_urdf, with_lump
 from gaitlab.model.foreign.reduced import Reduced, Wishes, plain, reduced
 from gaitlab.model.foreign.robot import numbers_digest, robot_class
@@ -207,7 +207,7 @@ def _made(path: Path, said: Mapping[str, Any], node: Node, urdf: Path) -> Loaded
     )  # fmt: skip
     bodies = mend(raw, legs, urdf)
     faults = list[MeshFault]()
-    vertices = [vertices_of(body, urdf, faults) for body in bodies.bodies]
+    vertices = vertices_of_all(bodies, urdf, faults)
     servos = _Servos(bodies, legs, node.mapping.get("servos"), path)
     joints = [body.joint for body in bodies.bodies if body.joint is not None]
     posture = said.get("posture", [])

@@ -19,6 +19,7 @@ DOWNWARD = np.radians(53.0)  # from down, within which a face may be a sole
 ALIKE = np.radians(3.0)  # within which facets are one face
 FLAT = np.radians(0.5)  # within which facets are in one plane
 DEPTH = 4e-3  # m above the lowest point, within which rounded edges still carry
+UP = np.array([0.0, 0.0, 1.0])
 CIRCLE = 24  # corners by which a round shape is replaced
 
 
@@ -79,15 +80,20 @@ def find_sole(vertices: np.ndarray, base: np.ndarray) -> FoundSole | None:
     return FoundSole(middle @ axes, axes.T, float(length), float(width), tilt)
 
 
-def corners(shapes: Sequence[Geometry]) -> np.ndarray:
+def corners(shapes: Sequence[Geometry], up: np.ndarray = UP) -> np.ndarray:
     """Vertices of boxes, cylinders and spheres in the body's frame, in [m]. Shape (n, 3).
 
-    A cylinder by corners around its ends, a sphere by its six poles.
+    A cylinder by corners around its ends. A sphere by its lowest and highest point and four on its
+    upper half, for under a foot it carries where it touches and not as wide as it is.
+
+    Args:
+        shapes: Geometry of the body.
+        up: What is up at zero angles, in the body's frame. Shape (3,).
     """
-    return np.concatenate([np.empty((0, 3)), *map(_corners, shapes)])
+    return np.concatenate([np.empty((0, 3)), *(_corners(shape, up) for shape in shapes)])
 
 
-def _corners(shape: Geometry) -> np.ndarray:
+def _corners(shape: Geometry, up: np.ndarray) -> np.ndarray:
     if shape.kind == "box":
         signs = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
         local = signs * shape.size
@@ -97,10 +103,12 @@ def _corners(shape: Geometry) -> np.ndarray:
         local = np.concatenate(
             [np.column_stack([ring, np.full(CIRCLE, z)]) for z in (-length / 2, length / 2)]
         )
-    elif (
-        shape.kind == "sphere"
-    ):  # balls under a foot carry where they touch, not as wide as they are
-        local = np.concatenate([np.eye(3), -np.eye(3)]) * shape.size[0]
+    elif shape.kind == "sphere":
+        side = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+        side /= np.linalg.norm(side)
+        around = np.array([side, -side, np.cross(up, side), -np.cross(up, side)])
+        points = np.concatenate([[up, -up], np.sqrt(0.5) * (around + up)])
+        return shape.position + shape.size[0] * points
     else:
         return np.empty((0, 3))
     return shape.position + local @ shape.rotation.T

@@ -36,11 +36,27 @@ def changed(robot: Bodies, change) -> Bodies:
     return replace(robot, bodies=tuple(change(k, body) for k, body in enumerate(robot.bodies)))
 
 
+def moved(body: Body, turn: np.ndarray, by: np.ndarray) -> Body:
+    """A body whose mass and shapes are turned and then moved in its frame."""
+    shapes = tuple(
+        shape._replace(position=turn @ shape.position + by, rotation=turn @ shape.rotation)
+        for shape in body.shapes
+    )
+    return replace(
+        body,
+        centre=turn @ body.centre + by,
+        inertia=turn @ body.inertia @ turn.T,
+        shapes=shapes,
+    )
+
+
 def turned(robot: Bodies, yaw: float) -> Bodies:
     """The root's frame turned about z: everything on it is turned the other way."""
     turn = axis_rotation("z", np.array(-yaw))
 
     def change(k: int, body: Body) -> Body:
+        if body.parent == -1:
+            return moved(body, turn, np.zeros(3))
         if body.parent != 0:
             return body
         return replace(body, position=turn @ body.position, rotation=turn @ body.rotation)
@@ -60,7 +76,7 @@ def slid(robot: Bodies, seed: int) -> Bodies:
         if body.joint is None:
             return body
         at = body.position + body.rotation @ shifts[k] - shifts[body.parent]
-        return replace(body, position=at, centre=body.centre - shifts[k])
+        return moved(replace(body, position=at), np.eye(3), -shifts[k])
 
     return changed(robot, change)
 
@@ -84,8 +100,18 @@ def mirrored(robot: Bodies) -> Bodies:
         joint = body.joint
         if joint is not None:
             joint = joint._replace(axis=-FLIP @ joint.axis)
+        shapes = tuple(
+            s._replace(position=FLIP @ s.position, rotation=FLIP @ s.rotation @ FLIP)
+            for s in body.shapes
+        )
         return replace(
-            body, position=FLIP @ body.position, rotation=FLIP @ body.rotation @ FLIP, joint=joint
+            body,
+            position=FLIP @ body.position,
+            rotation=FLIP @ body.rotation @ FLIP,
+            joint=joint,
+            centre=FLIP @ body.centre,
+            inertia=FLIP @ body.inertia @ FLIP,
+            shapes=shapes,
         )
 
     return changed(robot, change)
