@@ -100,11 +100,8 @@ def test_the_space_is_what_the_file_says_with_conditions_last(tmp_path: Path) ->
 def test_a_relative_range_is_times_what_was_there_and_keeps_the_parameters_limits(
     tmp_path: Path,
 ) -> None:
-    given = "gait.step_length: {low: 0.01, high: 0.06, step: 0.01}"
-    text = changed(given, "gait.step_height: {low: 0.5, high: 3, relative: true}")
-    text = text.replace(
-        "    gait.step_height: {low: 0.01, high: 0.05, when: {gait.heel_strike: [add, literal]}}\n", ""
-    )
+    given = "{low: 0.01, high: 0.05, when: {gait.heel_strike: [add, literal]}}"
+    text = changed(given, "{low: 0.5, high: 3, relative: true}")
     (item,) = [i for i in read(tmp_path, text).study.search if i.path == "gait.step_height"]
     assert item.ends == pytest.approx((0.01, 0.06))
     (limit,) = [p.high for p in parameters(_gait_class(tmp_path)) if p.name == "step_height"]
@@ -114,8 +111,11 @@ def test_a_relative_range_is_times_what_was_there_and_keeps_the_parameters_limit
         if i.path == "gait.step_height"
     ]
     assert item.ends[1] == limit
-    (problem,) = problems(tmp_path, text.replace("gait.step_height", "gait.areas"))
-    assert problem.line == place_of(text, "{low: 0.5", 0)[0]
+    whole = changed(
+        "gait.areas: {low: 2, high: 10}", "gait.areas: {low: 1, high: 2, relative: true}"
+    )
+    (problem,) = problems(tmp_path, whole)
+    assert problem.line == place_of(whole, "gait.areas", 0)[0]
 
 
 def _gait_class(folder: Path) -> type:
