@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import inf, prod
+from math import hypot, inf, prod
 from typing import Any
 
 from gaitlab.experiment import (
@@ -134,7 +134,8 @@ def plan(experiment: Experiment) -> Plan:
 
 def duration(gait: Gait, horizon: Horizon) -> float:
     """Simulated time of a trial in which the robot stays up and walks as commanded, in [s]."""
-    speed = 2.0 * abs(gait.step_length) / gait.gait_period
+    step = hypot(gait.step_length, getattr(gait, "side_step", 0.0))
+    speed = 2.0 * step / gait.gait_period
     distance_time = horizon.distance / speed if speed else inf
     walking = min(horizon.cycles * gait.gait_period, horizon.time, distance_time)
     return gait.startup_time + walking

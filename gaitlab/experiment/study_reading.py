@@ -89,7 +89,7 @@ HAS: dict[str, Callable[[Parts], bool]] = {  # whether a walk has what a metric 
     "gantry": lambda walk: gantry_of(walk.robot) != "none",
     "couplings": lambda walk: any(joint.servo is None for joint in walk.robot.tree.joints),
     "force sensors": lambda walk: walk.robot.sole.sensors(0) is not None,
-    "distance": lambda walk: walk.gait.step_length != 0.0,
+    "distance": lambda walk: bool(walk.gait.step_length or getattr(walk.gait, "side_step", 0.0)),
     "cycle": lambda walk: walk.walking_time > walk.gait.gait_period - 1.1 * walk.engine.dt,
 }
 DIRECTIONS = cast(tuple[Direction, ...], get_args(Direction))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from gaitlab.log.columns import FEET, columns
+from gaitlab.log.course import Course
 
 GRAVITY = 9.81  # m/s^2, as in the engine
 STALL_SHARE = 0.5  # of the commanded distance; assumption, nobody publishes one
@@ -41,6 +42,8 @@ class LogHeader:
             foot in the order of the columns, then four of the right; empty if there are none.
         first_step_time: Instant of the first commanded step, in [s], found by `gaitlab.model.gait`;
             infinite if there is none, NaN in a log that was stored without it.
+        side_step: Commanded way to the left in a step, in [m].
+        turn: Commanded turn to the left in a step, in [rad].
     """
 
     joints: tuple[str, ...]
@@ -57,6 +60,8 @@ class LogHeader:
     torque_limits: tuple[float, ...]
     fsr_positions: tuple[float, ...] = ()
     first_step_time: float = nan
+    side_step: float = 0.0
+    turn: float = 0.0
 
     def __post_init__(self) -> None:
         if self.first_step_time is None:  # as JSON has it, which knows no infinity
@@ -66,8 +71,9 @@ class LogHeader:
         """The header as JSON data, from which `LogHeader(**data)` rebuilds it."""
         data = asdict(self)
         # What a robot does not have or a log does not know is left out, as before there was any.
-        if not self.fsr_positions:
-            del data["fsr_positions"]
+        for name in ("fsr_positions", "side_step", "turn"):
+            if not data[name]:
+                del data[name]
         if isinf(self.first_step_time):
             data["first_step_time"] = None
         elif isnan(self.first_step_time):
@@ -79,10 +85,17 @@ class LogHeader:
         """Force sensors, left and right foot, ankle frame, in [m]. Shape (2, 4, 2)."""
         return np.reshape(self.fsr_positions, (2, 4, 2)) if self.fsr_positions else None
 
+    @cached_property
+    def course(self) -> Course:
+        """The way that the walk is commanded to go."""
+        steps = (self.step_length, self.side_step, self.turn)
+        ahead, aside, rate = (2.0 * step / self.gait_period for step in steps)
+        return Course(ahead=ahead, aside=aside, rate=rate)
+
     @property
     def commanded_speed(self) -> float:
-        """Commanded mean speed 2 step_length / gait_period, in [m/s]; negative backwards."""
-        return 2.0 * self.step_length / self.gait_period
+        """Commanded mean speed along the way, in [m/s]; negative straight backwards."""
+        return self.course.speed
 
     @property
     def weight(self) -> float:
@@ -181,10 +194,11 @@ class TrialLog:
 
     @cached_property
     def displacement(self) -> np.ndarray:
-        """Trunk position relative to the end of the start-up, along and across the heading there.
+        """Trunk position relative to the end of the start-up, along and across the commanded way.
 
-        Along is positive in the commanded walking direction, across is positive to the left, in
-        [m]. Shape (n, 2); rows before the start-up's end are relative to the same origin.
+        Along is positive the way that is commanded, across is positive to the left, in [m]; see
+        `gaitlab.log.course`. Shape (n, 2); rows before the start-up's end are relative to the same
+        origin.
         """
         origin = max(self.walking.start - 1, 0)
         heading = self["yaw"][origin]
@@ -192,12 +206,11 @@ class TrialLog:
         x, y = (xy - xy[origin]).T
         along = x * np.cos(heading) + y * np.sin(heading)
         across = y * np.cos(heading) - x * np.sin(heading)
-        direction = -1.0 if self.header.step_length < 0 else 1.0
-        return np.stack([direction * along, across], axis=-1)
+        return self.header.course.of(along, across)
 
     @property
     def distance(self) -> float:
-        """Distance walked along the first heading, in [m], negative the wrong way; NaN if none."""
+        """Distance walked along the commanded way, in [m], negative the wrong way; NaN if none."""
         walked = self.displacement[self.walking, 0]
         return float(walked[-1]) if len(walked) else nan
 

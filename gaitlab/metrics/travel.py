@@ -21,9 +21,10 @@ LONGEST = 6.0  # m, length of a run in [EROS2018]
 def distance(log: TrialLog) -> float:
     """How far the trunk came from the end of the start-up to the fall or the end, in [m].
 
-    Measured along the trunk's heading at the end of the start-up; positive in the commanded
-    direction, so a robot that walks backwards as told scores positive. Toppling moves the trunk,
-    too, and counts until the fall is established. NaN when nothing was walked. Defined here.
+    Measured along the commanded way, a straight line or an arc from where the trunk is at the end
+    of the start-up; so a robot that walks backwards or sideways as commanded scores positive.
+    Toppling moves the trunk, too, and counts until the fall is established. NaN when nothing was
+    walked. Defined here.
     """
     return log.distance
 
@@ -90,12 +91,24 @@ def heading_drift(log: TrialLog) -> float:
     return float(yaw[-1] - yaw[0]) if len(yaw) else nan
 
 
+@metric(unit="rad")
+def heading_error(log: TrialLog) -> float:
+    """Change of the trunk's yaw over the walk less what was commanded, in [rad]; left is positive.
+
+    As `heading_drift`, which it is for a walk that is not to turn. NaN when nothing was walked.
+    Defined here.
+    """
+    yaw = np.unwrap(log["yaw"][log.walking])
+    commanded = log.header.course.rate * log.walked_time
+    return float(yaw[-1] - yaw[0]) - commanded if len(yaw) else nan
+
+
 @metric(unit="m")
 def lateral_drift(log: TrialLog) -> float:
-    """Trunk position across its first heading at the end, in [m]; left is positive.
+    """Trunk position across the commanded way at the end, in [m]; left is positive.
 
-    The first heading is that at the end of the start-up; the end is the last tick before a fall.
-    NaN when nothing was walked. Defined here.
+    The way begins along the heading at the end of the start-up; the end is the last tick before a
+    fall. NaN when nothing was walked. Defined here.
     """
     across = log.displacement[log.walking, 1]
     return float(across[-1]) if len(across) else nan

@@ -89,7 +89,11 @@ class Gait(Protocol):
 
     @property
     def step_length(self) -> float:
-        """Forward distance between the feet in double support, in [m]; negative walks backwards."""
+        """Forward distance between the feet in double support, in [m]; negative walks backwards.
+
+        A gait that goes sideways or turns has `side_step` to the left, in [m], and `turn` to the
+        left, in [rad], of each step as well.
+        """
 
     @property
     def hip_height(self) -> float:

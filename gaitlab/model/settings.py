@@ -32,7 +32,7 @@ class Horizon:
         9.0, unit="-", low=0.5, high=1e4, doc="full-amplitude gait cycles walked"
     )
     distance: float = parameter(
-        6.0, unit="m", low=0.01, high=1e3, doc="displacement of the trunk along its first heading"
+        6.0, unit="m", low=0.01, high=1e3, doc="displacement of the trunk along the commanded way"
     )
     time: float = parameter(
         60.0, unit="s", low=0.1, high=3600.0, doc="time since full-amplitude walking started"

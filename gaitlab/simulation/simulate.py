@@ -10,6 +10,7 @@ import numpy as np
 from gaitlab.errors import GaitlabError, Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
+from gaitlab.log.course import Course
 from gaitlab.log.fall import FallDetector
 from gaitlab.model import (
     GANTRY_PITCH,
@@ -127,7 +128,8 @@ def _walk(
     engine: Engine, recording: Recording, loop: Loop, header: LogHeader, trial: Trial
 ) -> None:
     falling = FallDetector(header.dt, header.standing_height)
-    arrival = _Arrival(round(header.startup_time / header.dt), trial.horizon.distance)
+    start = round(header.startup_time / header.dt)
+    arrival = _Arrival(start, trial.horizon.distance, header.course)
     centre = trial.robot.tree.links[0].centre
     loop.feel(engine.state())
     for tick in range(len(loop.sent)):
@@ -162,13 +164,15 @@ def _trunk(
 
 
 class _Arrival:
-    """Says when the trunk is as far as the horizon asks, along its heading at the start.
+    """Says when the trunk is as far as the horizon asks, along the commanded way.
 
     The trunk is where the log has it, at its link frame: its centre of mass swings with its tilt.
     """
 
-    def __init__(self, start_tick: int, distance: float) -> None:
+    def __init__(self, start_tick: int, distance: float, course: Course) -> None:
         self._start, self._distance = start_tick, distance
+        self._course = None if course.straight else course
+        self._gone = 0.0
         self._origin, self._heading = (0.0, 0.0), (1.0, 0.0)
 
     def reached(self, state: TickState, place: tuple[float, float, float], ticks: int) -> bool:
@@ -179,7 +183,11 @@ class _Arrival:
             self._origin, self._heading = place[:2], (cosine / length, sine / length)
             return False
         dx, dy = place[0] - self._origin[0], place[1] - self._origin[1]
-        return abs(dx * self._heading[0] + dy * self._heading[1]) >= self._distance
+        c, s = self._heading
+        if self._course is None:
+            return abs(dx * c + dy * s) >= self._distance
+        self._gone = self._course.gone(dx * c + dy * s, dy * c - dx * s, self._gone)
+        return abs(self._gone) >= self._distance
 
 
 def _ticks(trial: Trial) -> int:
@@ -200,6 +208,8 @@ def _header(trial: Trial) -> LogHeader:
         startup_time=gait.startup_time,
         gait_period=gait.gait_period,
         step_length=gait.step_length,
+        side_step=getattr(gait, "side_step", 0.0),
+        turn=getattr(gait, "turn", 0.0),
         horizon_time=trial.horizon.time,
         pile_height=trial.surface.height,
         sole_length=robot.sole.length,

@@ -198,7 +198,7 @@ def test_no_metric_knows_where_north_is(turn):
 
 @pytest.mark.parametrize("make", [busy, lambda: fall("left"), fall])
 def test_a_mirror_changes_only_the_sides(make):
-    log, sides = make(), ("lateral_drift", "heading_drift", "fall_direction")
+    log, sides = make(), ("lateral_drift", "heading_drift", "heading_error", "fall_direction")
     assert_same(mirrored(log), log, tolerance=1e-9, but=sides)
     there, back = measure(log), measure(mirrored(log))
     assert back["lateral_drift"] == pytest.approx(-there["lateral_drift"], abs=1e-6)

@@ -85,6 +85,7 @@ def test_heading_drift_counts_whole_turns(rate):
 
     found = measure(walk(yaw=yaw, speed=0.0))
     assert found["heading_drift"] == pytest.approx(rate * 4.8, abs=2.0 * abs(rate) * HEADER.dt)
+    assert found["heading_error"] == found["heading_drift"], "no turn is commanded"
 
 
 @pytest.mark.parametrize(
