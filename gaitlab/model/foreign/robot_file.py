@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,6 +41,9 @@ ASSUMED = {  # what neither a URDF nor two numbers say of a servo
 }
 FULL_DUTY = 0.05  # rad of error; an MX-28 whose P gain is turned up has it
 STIFFEST = 500.0  # 1/s
+XACRO = ".xacro"
+NEAR = 4  # folders above a file in which its package may be
+MOST_PARTS = 500  # files of a xacro that are watched for changes
 DEFAULT = "default"  # in place of a pattern: every other joint
 FORWARD = ("x", "-x", "y", "-y")
 EXPECTED = "expected a mapping with `urdf: ./my.urdf`"
@@ -245,7 +249,7 @@ def _made(path: Path, said: Mapping[str, Any], node: Node, urdf: Path) -> Loaded
         notes=tuple(dict.fromkeys(notes)),
         unstated=tuple(servos.unstated),
         urdf=urdf,
-        files=_stamps([*dict.fromkeys((path, urdf)), *sorted(meshes)]),
+        files=_stamps([*dict.fromkeys((path, urdf, *_parts(urdf))), *sorted(meshes)]),
     )
 
 
@@ -256,29 +260,46 @@ def _urdf_text(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         message = f"cannot be read: {error}"
         raise FileError([Problem(file=path, line=None, column=None, message=message)]) from error
-    if path.suffix.lower() != ".xacro" and "xmlns:xacro" not in text.partition("<link")[0]:
-        return text
-    if path.suffix.lower() != ".xacro" and "<xacro:" not in text and "${" not in text:
-        return text  # only declares the namespace
+    declared = _is_xacro(path) or "xmlns:xacro" in text
+    if not declared or not ("<xacro:" in text or "${" in text or "$(" in text):
+        return text  # many a URDF has only the namespace left
     try:
         import xacro
+        from xacro import substitution_args
     except ImportError as error:
         message = (
             "this is xacro, no URDF yet; `pip install gaitlab[xacro]`, or write the URDF yourself: "
             f"xacro {path.name} > robot.urdf"
         )
         raise FileError([Problem(file=path, line=1, column=None, message=message)]) from error
-    folder = path.parent.resolve()
-    package = next(
-        (up for up in (folder, *folder.parents) if (up / "package.xml").exists()), folder
-    )
-    xacro.substitution_args._eval_find = lambda _name: str(package)
+    before = substitution_args._eval_find
+    substitution_args._eval_find = partial(_package, path.parent.resolve())
     try:
         expanded: str = xacro.process_file(str(path)).toxml()
     except Exception as error:  # xacro raises many kinds of its own
         message = f"xacro cannot expand it: {error}"
         raise FileError([Problem(file=path, line=None, column=None, message=message)]) from error
+    finally:
+        substitution_args._eval_find = before
     return expanded
+
+
+def _parts(urdf: Path) -> list[Path]:
+    """Files that a xacro may include."""
+    return sorted(islice(urdf.parent.rglob(f"*{XACRO}"), MOST_PARTS)) if _is_xacro(urdf) else []
+
+
+def _is_xacro(path: Path) -> bool:
+    return path.suffix.lower() == XACRO
+
+
+def _package(folder: Path, name: str) -> str:
+    """Folder of a ROS package, which is looked for around a file and not in an installed ROS."""
+    near = (folder, *folder.parents[:NEAR])
+    for place in near:
+        if place.name == name or (place / name).is_dir():
+            return str(place if place.name == name else place / name)
+    return str(next((place for place in near if (place / "package.xml").is_file()), folder))
 
 
 def _with_lump(robot: Bodies, name: str, lump: Mapping[str, Any], node: Node) -> Bodies:

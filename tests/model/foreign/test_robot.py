@@ -304,3 +304,22 @@ def test_a_tilted_foot_has_a_level_sole_when_it_stands(tmp_path: Path) -> None:
     before, after = reduction(chain), reduction(replace(chain, bodies=tuple(tilted)))
     assert after.tilt == pytest.approx(tilt, abs=1e-6)
     assert tuple(after.sole) == pytest.approx(tuple(before.sole), abs=1e-6)
+
+
+def test_a_xacro_is_expanded_with_what_it_includes(tmp_path: Path) -> None:
+    plain = read_back(eros.Robot(), tmp_path).cls()
+    text = (tmp_path / "eros_again.urdf").read_text()
+    parts = tmp_path / "my_description" / "urdf"
+    parts.mkdir(parents=True)
+    inside = text[text.index("<link") : text.index("</robot>")]
+    space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    (parts / "body.xacro").write_text(f"<robot {space}>{inside}</robot>")
+    main = parts / "mine.urdf.xacro"
+    main.write_text(
+        f'<robot name="mine" {space}>'
+        '<xacro:include filename="$(find my_description)/urdf/body.xacro"/></robot>'
+    )
+    assert load_robot(main).cls().tree == plain.tree
+    main.write_text(main.read_text().replace("body.xacro", "nobody.xacro"))
+    with pytest.raises(FileError, match="nobody"):
+        load_robot(main)
