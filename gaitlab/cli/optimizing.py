@@ -179,6 +179,7 @@ class _OptimizeRun:
         from gaitlab.cli.search_progress import search_progress
         from gaitlab.cli.search_text import result_json, result_text
         from gaitlab.search.database import command_line
+        from gaitlab.search.obstacles import obstacles
         from gaitlab.search.search import optimize as search
 
         with other_output_on_stderr():
@@ -194,7 +195,8 @@ class _OptimizeRun:
             result, going = self.hold_final(result)
         if not self.as_json:
             page = command_line("report", self.experiment, self.store, self.storage)
-            say(result_text(result, self.again, page))
+            why = [] if result.history.front else obstacles(result.history, self.store)
+            say(result_text(result, self.again, page, why))
         if export is not None:
             _export(result.history, export, settings, self.store)
         if going and validation:

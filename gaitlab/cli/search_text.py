@@ -101,16 +101,17 @@ def _candidate_json(candidate: Candidate) -> dict[str, object]:
     }
 
 
-def result_text(result: SearchResult, again: str, report: str) -> str:
+def result_text(result: SearchResult, again: str, report: str, why: Sequence[str] = ()) -> str:
     """The result for reading.
 
     Args:
         result: The search.
         again: The command line that goes on.
         report: The one that writes its page.
+        why: What stood in the way where no candidate is allowed.
     """
     history = result.history
-    parts = [_ending(result), *nothing_allowed(history), *_winners(history)]
+    parts = [_ending(result), *nothing_allowed(history), *why, *_winners(history)]
     parts += ["", _effort(result)]
     parts.append(f"Report: {report}" if result.over else f"Go on: {again}")
     return "\n".join(parts)
@@ -128,7 +129,7 @@ def nothing_allowed(history: History) -> list[str]:
         lines.append(f"  {reasons.most_common(1)[0][0]}")
     lines.append("Nearest misses, in brackets by how much, 1 being the size of the bound:")
     for candidate in history.nearest_misses(SHOWN_MISSES):
-        values = ", ".join(f"{path} = {value}" for path, value in candidate.values.items())
+        values = ", ".join(f"{path} = {number(value)}" for path, value in candidate.values.items())
         broken = misses(history.study, candidate.objectives, candidate.violations)
         lines.append(f"  candidate {candidate.number}: {values}")
         lines.append(f"    misses {'; '.join(broken)}")

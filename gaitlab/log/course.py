@@ -15,7 +15,6 @@ from math import atan2, hypot, pi
 
 import numpy as np
 
-
 SLOWEST = 1e-9  # rad/s; slower a walk does not turn
 
 
