@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from gaitlab.model.foreign.robot_file import load_robot
+from gaitlab.model.urdf import urdf
+from gaitlab.robots import eros
 from tests.forked import gaitlab
 from tests.synthetic import walk
 
@@ -63,6 +66,11 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "experiments").mkdir()
     shipped = ROOT / "experiments" / "eros_quick.yaml"
     (folder / "experiments" / "eros_quick.yaml").write_text(TINY.format(shipped=shipped))
+    robot = eros.Robot()
+    (folder / "my.urdf").write_text(urdf(robot.tree, robot.sole, robot.feet))
+    drafted = gaitlab("robot", "my.urdf", folder=folder)
+    assert drafted.returncode == 0, drafted.stderr
+    shutil.copy(folder / "my_first_walk.yaml", folder / "my_walk.yaml")
     ran = gaitlab("run", "eros_quick", folder=folder)
     assert ran.returncode == 0, ran.stderr
     return folder
@@ -114,6 +122,26 @@ def test_every_command_of_a_page_works(command: str, field: Path) -> None:
         assert done.returncode == 0 or re.search("`?gaitlab (run|optimize) ", done.stderr)
     else:
         assert done.returncode == 0, done.stderr
+
+
+def test_the_robot_file_of_the_guide_is_read(tmp_path: Path) -> None:
+    """With the names that EROS has for the joints of the guide's robot."""
+    robot = eros.Robot()
+    (tmp_path / "my.urdf").write_text(urdf(robot.tree, robot.sole, robot.feet))
+    (text,) = blocks(ROOT / "docs" / "your_robot.md", "yaml")
+    text = text.replace("_ank_", "_ankle_").replace("l_sho", "left_shoulder").replace("r_sho", "right_shoulder")
+    file = tmp_path / "my_robot.yaml"
+    file.write_text(text)
+    made = load_robot(file).cls()
+    assert made.mass == 3.4
+    joints = {joint.name: joint.servo for joint in made.tree.joints}
+    assert joints["left_knee"] == joints["right_ankle_pitch"] == "mx_64"
+    assert made.own_servos[joints["left_hip_pitch"]].stall_torque == 2.5
+    for line in text.splitlines():  # what may be overridden is right, too
+        if re.match(r"# (legs|sole|forward|add):", line):
+            key = line[2:].replace("l_foot", robot.feet[0]).replace("r_foot", robot.feet[1])
+            file.write_text(f"{text}\n{key}\n")
+            load_robot(file)
 
 
 @pytest.mark.long
