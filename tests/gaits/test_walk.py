@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from gaitlab.gaits.walk import Gait
 from gaitlab.model.gait import require_feet, require_walk
+from gaitlab.model.stance import stance_of
+from gaitlab.robots import bioloid, biped, eros, flow, nao
 
 DT = 1e-3
 WALKS = st.builds(
@@ -114,3 +116,19 @@ def test_the_apex_is_as_high_and_as_late_as_said() -> None:
     assert lift.max() == pytest.approx(0.05)
     share = (np.argmax(lift) - swing[0]) / (swing[-1] - swing[0])
     assert share == pytest.approx(0.4, abs=0.01)
+
+
+@pytest.mark.parametrize("robot", [eros, nao, bioloid, flow, biped], ids=lambda m: m.Robot.name)
+def test_it_suits_every_shipped_robot(robot) -> None:
+    """Scaled to its size it is within reach of the legs, steps sideways and round included."""
+    made = robot.Robot()
+    suited = Gait(**Gait.suited_to(made))
+    ways = [{}]
+    if suited.lateral_sway:  # legs that go sideways at all
+        ways += [{"side_step": 0.3 * suited.step_length}]
+    for way in ways:
+        gait = replace(suited, **way)
+        t = np.arange(0.0, gait.startup_time + gait.gait_period, 0.01)
+        assert np.isfinite(made.joint_targets(gait.feet(t))).all()
+    assert 0.3 < suited.gait_period / (2.0 * np.pi * np.sqrt(suited.hip_height / 9.81)) < 0.7
+    assert suited.hip_height < stance_of(made).leg_length + 1e-9
