@@ -79,9 +79,15 @@ def parameter(
     return field(default=default, metadata={**metadata, "late": late, "former": former})
 
 
+@cache
+def field_types(cls: Hashable) -> Mapping[str, Any]:
+    """Types of a dataclass's fields by name, remembered: as texts they are compiled each time."""
+    return get_type_hints(cast(type, cls))
+
+
 def parameters(cls: type, prefix: str = "") -> Iterator[Parameter]:
     """Every parameter of a dataclass, in order, nested dataclasses by dotted path."""
-    hints = get_type_hints(cls)
+    hints = field_types(cls)
     for item in dataclasses.fields(cls):
         path, hint = f"{prefix}{item.name}", hints[item.name]
         if "unit" in item.metadata:
@@ -155,7 +161,7 @@ def instance(cls: type, given: Mapping[str, Value]) -> Any:
         raise WrongValue(
             f"{cls.__name__} has no parameter {unknown[0]!r}; another version wrote it"
         )
-    hints = get_type_hints(cls)
+    hints = field_types(cls)
     return cls(**{name: _built(hints[name], part) for name, part in _grouped(given).items()})
 
 

@@ -20,7 +20,6 @@ from typing import (
     cast,
     get_args,
     get_origin,
-    get_type_hints,
 )
 
 from pydantic import (
@@ -37,7 +36,7 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 
 from gaitlab.documents.nodes import Node, collected, in_order, instead, plain, typed_number
 from gaitlab.errors import FileError, GaitlabError, Problem
-from gaitlab.parameters import Parameter, parameter_table
+from gaitlab.parameters import Parameter, field_types, parameter_table
 from gaitlab.plugins import nearest, suggestion
 
 S = TypeVar("S")
@@ -203,7 +202,7 @@ def _no_hidden_bool(value: object) -> object:
 def _model(cls: Hashable, optional: bool) -> type[BaseModel]:
     """Pydantic model of a dataclass; names hide behind aliases so that none can clash."""
     owner = cast(type, cls)
-    hints = get_type_hints(owner)
+    hints = field_types(owner)
     fields: dict[str, Any] = {}
     for item in dataclasses.fields(owner):
         hint, given = hints[item.name], optional or _has_default(item)
@@ -229,7 +228,7 @@ def _input(cls: type, node: Node) -> object:
     """Plain data for the model, but nodes where the dataclass wants the node itself."""
     if not isinstance(node.value, Mapping):
         return plain(node)
-    hints = get_type_hints(cls)
+    hints = field_types(cls)
     data: dict[str, object] = {}
     for key, child in node.value.items():
         hint = hints.get(key)
@@ -247,7 +246,7 @@ def _instance(cls: type, model: BaseModel, default: Any) -> Any:
         if f"f_{item.name}" in model.model_fields_set:
             value = getattr(model, f"f_{item.name}")
             nested = isinstance(value, BaseModel)
-            hint = get_type_hints(cls)[item.name]
+            hint = field_types(cls)[item.name]
             base = _default_of(item, default) if nested else None
             values[item.name] = _instance(hint, value, base) if nested else value
     return cls(**values) if default is None else dataclasses.replace(default, **values)

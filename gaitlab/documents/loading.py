@@ -12,6 +12,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +142,7 @@ def _whole(path: Path, message: str) -> FileError:
     return FileError([Problem(file=path, line=None, column=None, message=message)])
 
 
+@lru_cache(maxsize=128)  # a robot's grounds are also those of the next
 def parse(text: str, file: Path, *, placed: bool = True) -> Node:
     """Tree of a YAML text; `placed` is False for a value from the command line.
 
