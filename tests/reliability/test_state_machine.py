@@ -19,7 +19,6 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from gaitlab.store import Store
 from gaitlab.store.merge import merge
 from tests.reliability import sweeps
-from tests.reliability.conftest import MEMORY
 from tests.reliability.drivers import drivers
 
 GRIDS = (
@@ -41,7 +40,7 @@ class Sweeps(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self._folder = Path(tempfile.mkdtemp(dir=MEMORY if MEMORY.is_dir() else None))
+        self._folder = Path(tempfile.mkdtemp())
         self._store = Store(self._folder / "data")
         self._known = {
             trial_id: row

@@ -5,7 +5,6 @@ Everything around the trials is real: plans, processes, Parquet, Optuna, SQLite.
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
@@ -29,9 +28,8 @@ TOO_HIGH = 0.055  # m, out of reach
 
 @contextmanager
 def folder() -> Iterator[Path]:
-    """A folder in memory where there is one: a search waits for the disk thousands of times."""
-    memory = Path("/dev/shm")
-    with tempfile.TemporaryDirectory(dir=memory if os.access(memory, os.W_OK) else None) as place:
+    """A folder that is gone afterwards."""
+    with tempfile.TemporaryDirectory() as place:
         yield Path(place)
 
 
