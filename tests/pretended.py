@@ -16,10 +16,12 @@ from gaitlab.running import Silent, Started, dispatch
 from gaitlab.store import Store, TrialRecord
 from tests import recorded
 
+FILE = Path(__file__).parent / "data" / "pretended.yaml"
+
 
 def experiment(seeds: int = 1) -> Experiment:
     """24 cells: two grounds, three step lengths, four sway amplitudes."""
-    return load_experiment(Path(__file__).parent / "data" / "pretended.yaml", seeds=seeds)
+    return load_experiment(FILE, seeds=seeds)
 
 
 def pretend(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,9 +18,9 @@ from gaitlab.cli.catalogue import Plural
 from gaitlab.cli.printing import columns, duration, size
 from gaitlab.store import Store
 from tests import recorded
-from tests.pretended import pretend, pretend_well
+from tests.pretended import FILE, pretend_well
 
-EXPERIMENT = str(Path(__file__).parent / "data" / "pretended.yaml")
+EXPERIMENT = str(FILE)
 SLOW = ("pybullet", "optuna", "pandas", "pyarrow", "duckdb", "numba", "matplotlib")
 
 
@@ -45,9 +46,9 @@ def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captu
 
 
 @pytest.fixture
-def swept(gaitlab):
-    """The same, after an experiment was run."""
-    assert gaitlab("run", EXPERIMENT, "-j", "0").code == 0
+def swept(gaitlab, tmp_path: Path, swept_folder: Path):
+    """The same, after the experiment was run."""
+    shutil.copytree(swept_folder, tmp_path, dirs_exist_ok=True)
     return gaitlab
 
 
@@ -182,16 +183,6 @@ def test_a_dry_run_shows_cells_reasons_and_cost_and_touches_nothing(gaitlab) -> 
     assert rows[0].split() == ["0", "0.01", "grass_50mm", "0", "3", "new"]
     assert rows[-1].startswith("72 trials in 24 cells: 0 cached, 72 to run, up to ")
     assert not Path("data").exists()
-
-
-def test_failed_trials_give_their_own_exit_code_and_reason(
-    gaitlab, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
-    done = gaitlab("run", EXPERIMENT, "-j", "2")
-    assert done.code == 4
-    assert "worker process ended with exit code 3" in done.err
-    assert "1 failed before, left (--retry-failed)" in gaitlab("run", EXPERIMENT, "-n").out
 
 
 def test_a_plan_beyond_all_measure_asks_first(gaitlab) -> None:

@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -38,9 +39,9 @@ def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captu
 
 
 @pytest.fixture
-def swept(gaitlab):
-    """The same, after an experiment was run."""
-    assert gaitlab("run", EXPERIMENT, "-j", "0").code == 0
+def swept(gaitlab, tmp_path: Path, swept_folder: Path):
+    """The same, after the experiment was run."""
+    shutil.copytree(swept_folder, tmp_path, dirs_exist_ok=True)
     return gaitlab
 
 
@@ -159,20 +160,25 @@ def test_a_long_plan_is_summed_up_by_what_is_varied_and_why(gaitlab) -> None:
     assert len(lines) < 12
 
 
-def test_a_thousand_values_do_not_fill_the_screen(gaitlab) -> None:
-    many = [round(0.0001 * k, 4) for k in range(1000)]
+def test_three_hundred_values_do_not_fill_the_screen(gaitlab) -> None:
+    many = [round(0.0001 * k, 4) for k in range(300)]
     done = gaitlab("run", EXPERIMENT, "-n", "--set", f"grid.gait.step_length={many}")
-    assert "... 988 more ..." in done.out
+    assert "... 288 more ..." in done.out
     assert max(len(line) for line in done.out.splitlines()) < 150
 
 
-def test_reasons_are_told_once_with_a_trial_to_look_at(gaitlab, monkeypatch) -> None:
+def test_failed_trials_have_an_exit_code_and_a_reason_with_a_trial_to_look_at(
+    gaitlab, monkeypatch
+) -> None:
     monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     done = gaitlab("run", EXPERIMENT, "-j", "2")
+    assert done.code == 4
+    assert "worker process ended with exit code 3" in done.err
     told = [line for line in done.err.splitlines() if "gaitlab show" in line]
     assert [line.partition(":")[0] for line in told] == ["infeasible, 4 trials", "failed, 1 trial"]
     shown = gaitlab("show", told[1].rpartition("show ")[2].rstrip(")"))
     assert "FAILED" in shown.out.splitlines()[0]
+    assert "1 failed before, left (--retry-failed)" in gaitlab("run", EXPERIMENT, "-n").out
 
 
 def test_a_run_that_is_stopped_at_once_says_how_to_go_on(gaitlab, monkeypatch) -> None:
@@ -392,7 +398,8 @@ def test_commands_that_messages_suggest_work_when_they_are_pasted(gaitlab, monke
     Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
     assert gaitlab("baseline", *suggested(done.out)[1:], "--output", "b.json").code == 0
     monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
-    done = gaitlab("run", EXPERIMENT, "--store", "my store")
+    one_row = ("--set", "grid.gait.step_length=[0.08]", "-j", "0")
+    done = gaitlab("run", EXPERIMENT, "--store", "my store", *one_row)
     look = done.err.partition("(gaitlab ")[2].partition(")")[0]
     assert gaitlab(*shlex.split(look)).out.startswith("trial ")
     refused = gaitlab("report", "eros_small", "--store", "my store")

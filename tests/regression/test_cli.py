@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -43,11 +44,22 @@ def gaitlab_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> C
     return command
 
 
+@pytest.fixture(scope="module")
+def first_night(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a store and its baseline, for copies."""
+    folder = tmp_path_factory.mktemp("night")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr("gaitlab.running.sweep.simulated", walker(0))
+        assert run_command_line(["run", EDGE, "-j", "0", "--quiet"]) == 0
+        assert run_command_line(["baseline", EDGE, "--output", "b.json"]) == 0
+    return folder
+
+
 @pytest.fixture
-def based(gaitlab_command: Command) -> Command:
+def based(gaitlab_command: Command, first_night: Path, tmp_path: Path) -> Command:
     """The same, after a baseline was made."""
-    assert gaitlab_command("run", EDGE, "-j", "0").code == 0
-    assert gaitlab_command("baseline", EDGE, "--output", "b.json").code == 0
+    shutil.copytree(first_night, tmp_path, dirs_exist_ok=True)
     return gaitlab_command
 
 

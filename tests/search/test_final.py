@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -35,9 +37,17 @@ def pretended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gaitlab.running.sweep, "simulated", searches.pretend)
 
 
+@pytest.fixture(scope="module")
+def searched() -> Iterator[tuple[SearchResult, Path]]:
+    """A search and the folder of its store, for copies."""
+    with searches.folder() as place:
+        yield searches.search(Store(place), *SETTINGS), place
+
+
 @pytest.fixture
-def found(folder: Path) -> SearchResult:
-    return searches.search(Store(folder), *SETTINGS)
+def found(searched: tuple[SearchResult, Path], folder: Path) -> SearchResult:
+    shutil.copytree(searched[1], folder, dirs_exist_ok=True)
+    return searched[0]
 
 
 def nothing(experiment: Experiment) -> bool:

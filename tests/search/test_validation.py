@@ -128,9 +128,11 @@ def fall_outside(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialR
     return record
 
 
-@pytest.fixture(autouse=True)
-def pretended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gaitlab.running.sweep, "simulated", fall_outside)
+@pytest.fixture(autouse=True, scope="module")
+def pretended() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gaitlab.running.sweep, "simulated", fall_outside)
+        yield
 
 
 def history_of(values: Mapping[str, Value] | None = None) -> History:
@@ -167,6 +169,13 @@ def check(folder: Path, history: History | None = None) -> Validation:
     return found
 
 
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Validation, Path]:
+    """The toy's winner checked, and the folder of the store."""
+    folder = tmp_path_factory.mktemp("checked")
+    return check(folder), folder
+
+
 def nothing(experiment: Experiment) -> bool:
     raise AssertionError(f"{experiment.name} is walked though the store has it")
 
@@ -198,8 +207,10 @@ def test_the_winner_walks_again_under_the_ids_that_a_candidate_has() -> None:
     ]
 
 
-def test_winner_and_default_walk_every_ground_with_the_same_fresh_seeds(folder: Path) -> None:
-    found = check(folder)
+def test_winner_and_default_walk_every_ground_with_the_same_fresh_seeds(
+    checked: tuple[Validation, Path],
+) -> None:
+    found, _ = checked
     winner, default = found.reruns
     assert (winner.label, default.label) == (WINNER, DEFAULT)
     places = [{(walk.surface, walk.seed) for walk in rerun.walks} for rerun in found.reruns]
@@ -212,8 +223,8 @@ def test_winner_and_default_walk_every_ground_with_the_same_fresh_seeds(folder: 
     assert up == {"carpet_4mm": True, "grass_50mm": False}
 
 
-def test_margins_close_in_on_where_the_robot_falls(folder: Path) -> None:
-    found = check(folder)
+def test_margins_close_in_on_where_the_robot_falls(checked: tuple[Validation, Path]) -> None:
+    found, _ = checked
     height = margin(found, "gait.step_height")
     assert height.below.fails is not None
     assert height.above.fails is not None
@@ -227,8 +238,8 @@ def test_margins_close_in_on_where_the_robot_falls(folder: Path) -> None:
     assert heel.holds == {"add": False}
 
 
-def test_a_checked_winner_is_checked_again_for_nothing(folder: Path) -> None:
-    once = check(folder)
+def test_a_checked_winner_is_checked_again_for_nothing(checked: tuple[Validation, Path]) -> None:
+    once, folder = checked
     store = Store(folder)
     assert validate(history_of(), store, nothing) == once
     assert effort(history_of(), store, 1, around=False) is None
@@ -249,11 +260,13 @@ def stopping(store: Store, after: int) -> Iterator[Run]:
         yield limited
 
 
-def test_a_check_that_was_stopped_anywhere_ends_as_an_undisturbed_one(folder: Path) -> None:
-    once, store = check(folder / "once"), Store(folder / "stopped")
+def test_a_check_that_was_stopped_anywhere_ends_as_an_undisturbed_one(
+    checked: tuple[Validation, Path], folder: Path
+) -> None:
+    store = Store(folder)
     states = [validate(history_of(), store, run) for run in stopping(store, 3)]
     assert all(state is not None and state.stopped for state in states[:2])
-    assert check(folder / "stopped") == once
+    assert check(folder) == checked[0]
 
 
 def test_what_was_not_walked_is_said_to_be_missing(folder: Path) -> None:
