@@ -31,11 +31,6 @@ def well(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
 
 
-@pytest.fixture
-def faulty(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
-
-
 def contents(store: Store) -> tuple[bytes, bytes, str]:
     """Everything that must not depend on how a run went."""
     folder = store.path / "experiments" / "pretended"
@@ -100,8 +95,10 @@ def test_more_seeds_run_only_the_new_trials(store: Store) -> None:
     assert (summary.cached, summary.done) == (CELLS, CELLS)
 
 
-@pytest.mark.usefixtures("faulty")
-def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(store: Store) -> None:
+def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     first = dispatch(experiment(), store, jobs=2)
     assert (first.done, first.infeasible, first.failed, first.left) == (19, 4, 1, 0)
     failed = [key for key, state in store.states().items() if state == "FAILED"]
@@ -109,15 +106,8 @@ def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(store: 
     assert outlook(experiment(), store).count("failed before") == 1
     second = dispatch(experiment(), store, jobs=2)
     assert (second.cached, second.failed, second.newly_failed) == (23, 1, 0)
-
-
-def test_failed_trials_run_again_when_asked_for(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
-    dispatch(experiment(), store, jobs=2)
     monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
-    again = dispatch(experiment(), store, jobs=2, retry_failed=True)
+    again = dispatch(experiment(), store, jobs=0, retry_failed=True)
     assert (again.cached, again.done, again.failed) == (23, 1, 0)
 
 
@@ -218,16 +208,14 @@ def wait_for_trials(store: Store, count: int) -> None:
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_first_signal_finishes_the_running_trials(
-    store: Store, tmp_path: Path, number: int
-) -> None:
+def test_the_first_signal_finishes_the_running_trials(store: Store, tmp_path: Path) -> None:
+    """SIGTERM too, see `tests/reliability/test_signals.py`."""
     hold = tmp_path / "hold"
     hold.touch()
     with driver(store, hold) as process:
         heard(process, "started")
         heard(process, "started")
-        process.send_signal(number)
+        process.send_signal(signal.SIGINT)
         heard(process, "stopping")
         hold.unlink()
         out, err = process.communicate(timeout=30.0)

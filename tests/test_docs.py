@@ -53,14 +53,21 @@ def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def field(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A reader's folder with the files of docs/adding.md and a result of a tiny run."""
+def guide(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A reader's folder with the files of docs/adding.md."""
     folder = tmp_path_factory.mktemp("reader")
     page = ROOT / "docs" / "adding.md"
     for text in blocks(page, "yaml") + blocks(page, "python"):
         name = text.splitlines()[0].removeprefix("# ")
         if "/" not in name:
             (folder / name).write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def field(guide: Path) -> Path:
+    """The same with a result of a tiny run."""
+    folder = guide
     for name in ("stand.yaml", "stand.py"):
         shutil.copy(ROOT / "tests" / "data" / name, folder / name)
     (folder / "experiments").mkdir()
@@ -89,15 +96,20 @@ def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: 
     assert re.search(r"^\| plain .*\n\| balance ", first, re.MULTILINE)
 
 
-def test_the_robot_and_servo_of_the_guide_are_what_is_walked(field: Path) -> None:
+def test_the_robot_and_servo_of_the_guide_are_what_is_walked(
+    guide: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from gaitlab.cli import run_command_line
     from gaitlab.experiment import load_experiment
     from gaitlab.experiment.plan import plan
 
-    trials = [item.trial for item in plan(load_experiment(str(field / "ours.yaml"))).trials()]
+    monkeypatch.chdir(guide)
+    trials = [item.trial for item in plan(load_experiment("ours.yaml")).trials()]
     assert [trial.robot.mass for trial in trials] == [3.5, 3.9]
     assert {trial.robot.leg.shank for trial in trials} == {0.125}
     assert {servo.stall_torque for trial in trials for servo in trial.servos} == {4.1}
-    shown = gaitlab("show", "./our_robot.py", folder=field).stdout
+    assert run_command_line(["show", "./our_robot.py"]) == 0
+    shown = capfd.readouterr().out
     shank = next(line for line in shown.splitlines() if line.startswith("leg.shank"))
     assert shank.split()[1] == "0.125"
 

@@ -49,22 +49,23 @@ def first_id(path: Path) -> str:
     return next(plan(load_experiment(path)).trials()).trial.id
 
 
-@pytest.mark.parametrize("decorated", [False, True])
-def test_it_is_measured_beside_the_others_and_stands_in_the_table(
-    walk: Path, decorated: bool
-) -> None:
-    if decorated:
-        head = "from gaitlab.metrics import metric\n@metric(unit='m', better='higher')\ndef"
-        plain = METRIC.replace('UNIT = "m"\nBETTER = "higher"\n', "")
-        (walk.parent / "trunk_rise.py").write_text(plain.replace("def", head))
+def test_it_is_measured_beside_the_others_and_stands_in_the_table(walk: Path) -> None:
+    """Whether its unit stands beside it or in a decorator, in a worker as in this process."""
+    head = "from gaitlab.metrics import metric\n@metric(unit='m', better='higher')\ndef"
+    decorated = METRIC.replace('UNIT = "m"\nBETTER = "higher"\n', "").replace("def", head)
+    (walk.parent / "rise.py").write_text(decorated.replace("trunk_rise", "rise"))
+    walk.write_text(WALK.replace("./trunk_rise.py", "./trunk_rise.py, ./rise.py"))
     store = Store(walk.parent / "data")
     words = ["run", str(walk), "--store", str(store.path), "-q"]
     assert run_command_line([*words, "-j", "1"]) == 0
     trial_id = first_id(walk)
     expected = 2.0 * float(store.log(trial_id)["trunk_z"].max())
-    assert store.record(trial_id).metrics["trunk_rise"] == pytest.approx(expected)
-    assert set(store.record(trial_id).metrics) == {*plugins.names("metric"), "trunk_rise"}
-    assert store.query("SELECT trunk_rise FROM trials")["trunk_rise"][0] == pytest.approx(expected)
+    metrics = store.record(trial_id).metrics
+    assert set(metrics) == {*plugins.names("metric"), "trunk_rise", "rise"}
+    for name in ("trunk_rise", "rise"):
+        assert metrics[name] == pytest.approx(expected)
+        table = store.query(f"SELECT {name} FROM trials")
+        assert table[name][0] == pytest.approx(expected)
     assert run_command_line([*words, "-j", "0"]) == 0  # cached
 
 
