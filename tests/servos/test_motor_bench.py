@@ -175,7 +175,7 @@ def test_at_rest_the_torque_is_that_of_the_position_error(name: str) -> None:
         held = bench(servo, inertia, target=error, held=True)
         assert held.torque == pytest.approx(stiffness * error, rel=TOLERANCE)
         # And a load that nothing holds but the servo hangs at the error that answers it.
-        hanging = bench(servo, inertia, target=error, load=-stiffness * error, seconds=3.0)
+        hanging = bench(servo, inertia, target=error, load=-stiffness * error, seconds=1.5)
         assert hanging.torque == pytest.approx(stiffness * error, rel=TOLERANCE)
         assert abs(hanging.speed) <= TOLERANCE * servo.no_load_speed
 

@@ -15,7 +15,7 @@ from gaitlab.simulation.simulate import simulate
 from gaitlab.simulation.trial import Trial, plugin
 from tests.trials import STILL, standing, trial
 
-STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "stand_time": 0.2}
+STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "stand_time": 0.1}
 GAINS = [item.name for item in fields(Balance) if item.name.endswith(("gain", "damping"))]
 # Seeds whose first tilt is in one direction, how far the legs lean to it in [rad], and which of the
 # two draws that is: roll, pitch. A little less and it rocks back and stands on its own. Sideways no

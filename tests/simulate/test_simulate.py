@@ -21,7 +21,7 @@ from gaitlab.simulation.simulate import simulate
 from tests.trials import STILL, standing, trial
 
 SURFACES = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm", "hard_floor", "webots_grass")
-STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "stand_time": 0.4}
+STEPPING = {"step_length": 0.02, "step_height": 0.015, "lateral_sway": 0.03, "stand_time": 0.1}
 
 DIGEST = """
 import hashlib, json, sys
@@ -40,7 +40,7 @@ def bytes_of(log: TrialLog) -> bytes:
 def test_the_robot_stands_still_on_every_surface_and_the_ground_carries_its_weight(
     surface: str,
 ) -> None:
-    log = simulate(standing(surface, 1.5))
+    log = simulate(standing(surface, 0.3))
     last = slice(-100, None)
     load = log.per_foot("normal_force")[last].sum(axis=1).mean()
     assert log.fall_index is None
@@ -57,7 +57,7 @@ def test_the_robot_stands_still_on_every_surface_and_the_ground_carries_its_weig
 
 @pytest.mark.parametrize("surface", ["grass_50mm", "hard_floor"])
 def test_ground_forces_accelerate_the_centre_of_mass_as_newton_says(surface: str) -> None:
-    log = simulate(trial(surface, cycles=2.0, spread=STILL, **STEPPING))
+    log = simulate(trial(surface, cycles=1.0, spread=STILL, **STEPPING))
     window, dt = 25, log.header.dt  # means over 50 ms, over which the derivative is known
     momentum = log.header.mass * np.gradient(log.vector("com_"), dt, axis=0)
     force = np.stack(
@@ -113,13 +113,13 @@ def test_a_foot_out_of_reach_is_infeasible_with_limb_tick_and_reach() -> None:
 
 
 def test_the_horizon_ends_the_log_at_the_first_of_cycles_time_and_distance() -> None:
-    base = trial(cycles=2.0, **STEPPING)
+    base = trial(cycles=1.0, **STEPPING)
     header = simulate(base).header
     whole = len(simulate(base))
-    assert whole * header.dt == pytest.approx(header.startup_time + 2.0 * header.gait_period)
-    timed = simulate(replace(base, horizon=Horizon(cycles=2.0, time=0.3)))
+    assert whole * header.dt == pytest.approx(header.startup_time + header.gait_period)
+    timed = simulate(replace(base, horizon=Horizon(cycles=1.0, time=0.3)))
     assert len(timed) * header.dt == pytest.approx(header.startup_time + 0.3)
-    near = simulate(replace(base, horizon=Horizon(cycles=2.0, distance=0.01)))
+    near = simulate(replace(base, horizon=Horizon(cycles=1.0, distance=0.01)))
     assert len(near) < whole
     along = np.abs(near.displacement[near.walking, 0])
     assert along[-1] >= 0.01 - 1e-6  # m, single precision
