@@ -167,9 +167,14 @@ def misses(study: Study, objectives: Sequence[float], violations: Sequence[float
 
 def score(wanted: Objective | Constraint, trials: Sequence[TrialOutcome]) -> float:
     """Value of an objective, or of what a constraint bounds, over all trials."""
+    return combined(wanted, [(trial.surface, counted(wanted, trial)) for trial in trials])
+
+
+def combined(wanted: Objective | Constraint, numbers: Iterable[tuple[str, float]]) -> float:
+    """The same from what each trial counts as, with its surface."""
     by_surface: dict[str, list[float]] = {}
-    for trial in trials:
-        by_surface.setdefault(trial.surface, []).append(counted(wanted, trial))
+    for surface, number in numbers:
+        by_surface.setdefault(surface, []).append(number)
     seeds = [
         aggregated(wanted.over_seeds, values, wanted.direction) for values in by_surface.values()
     ]

@@ -17,7 +17,7 @@ from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.words import UNKNOWN
 from gaitlab.report.words import share, surface_text
 from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
-from gaitlab.search.objectives import TrialOutcome
+from gaitlab.search.objectives import TrialOutcome, combined, counted
 from gaitlab.search.objectives import score as scored
 from gaitlab.statistics import Count, Interval, Verdict, seed_interval, verdict_of, wilson
 
@@ -41,7 +41,8 @@ def score(study: Study, walks: Sequence[TrialOutcome], place: int) -> Score:
     Raises:
         ValueError: If there are no walks.
     """
-    by_seed, objective = _by_seed(walks), study.objectives[place]
+    objective = study.objectives[place]
+    by_seed = _by_seed(objective, walks)
     return _resampled(sorted(by_seed), lambda seeds: _value(objective, by_seed, seeds))
 
 
@@ -53,7 +54,7 @@ def gain(study: Study, one: Rerun, other: Rerun, place: int, grounds: Sequence[s
     """
     objective = study.objectives[place]
     sign = 1.0 if objective.direction == "maximize" else -1.0
-    first, second = _by_seed(one.on(grounds)), _by_seed(other.on(grounds))
+    first, second = (_by_seed(objective, rerun.on(grounds)) for rerun in (one, other))
 
     def lead(seeds: Sequence[int]) -> float:
         here, there = _value(objective, first, seeds), _value(objective, second, seeds)
@@ -79,19 +80,21 @@ def optimism(told: float, again: float, objective: Objective) -> float | None:
     return told - again if objective.direction == "maximize" else again - told
 
 
-def _by_seed(walks: Sequence[TrialOutcome]) -> dict[int, list[TrialOutcome]]:
-    """Walks by seed, only those seeds that have walked on every ground."""
+def _by_seed(
+    wanted: Objective, walks: Sequence[TrialOutcome]
+) -> dict[int, list[tuple[str, float]]]:
+    """Ground and number of each walk by seed, only those seeds that have walked on every ground."""
     grounds = {walk.surface for walk in walks}
-    found: dict[int, list[TrialOutcome]] = {}
+    found: dict[int, list[tuple[str, float]]] = {}
     for walk in walks:
-        found.setdefault(walk.seed, []).append(walk)
-    return {seed: outcomes for seed, outcomes in found.items() if len(outcomes) == len(grounds)}
+        found.setdefault(walk.seed, []).append((walk.surface, counted(wanted, walk)))
+    return {seed: numbers for seed, numbers in found.items() if len(numbers) == len(grounds)}
 
 
 def _value(
-    wanted: Objective, by_seed: dict[int, list[TrialOutcome]], seeds: Sequence[int]
+    wanted: Objective, by_seed: dict[int, list[tuple[str, float]]], seeds: Sequence[int]
 ) -> float:
-    return scored(wanted, [outcome for seed in seeds for outcome in by_seed[seed]])
+    return combined(wanted, [number for seed in seeds for number in by_seed[seed]])
 
 
 def _resampled(seeds: Sequence[int], value: Callable[[Sequence[int]], float]) -> Score:
@@ -142,7 +145,9 @@ def _grounds(rerun: Rerun) -> tuple[str, ...]:
 
 def _crossing(findings: Findings, rerun: Rerun, ground: str) -> Crossing:
     walks = rerun.on([ground])
-    found = score(findings.study, walks, 0).value if walks else nan
+    objective = findings.study.objectives[0]
+    by_seed = _by_seed(objective, walks)
+    found = _value(objective, by_seed, sorted(by_seed)) if walks else nan
     return Crossing(
         stable=sum(walk.stable for walk in walks),
         n=len(walks),
