@@ -142,7 +142,7 @@ def test_started_and_ended_come_in_pairs_and_no_more_run_than_there_are_workers(
 def events(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run with `--json-lines` in an empty folder; the objects of stdout, in their order."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
 
     def run(*options: str) -> list[dict]:
         run_command_line(("run", EXPERIMENT, *options, "--json-lines"))
@@ -151,7 +151,8 @@ def events(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captur
     return run
 
 
-def test_every_line_is_an_event_and_the_trials_are_those_of_the_store(events) -> None:
+def test_every_line_is_an_event_and_the_trials_are_those_of_the_store(events, monkeypatch) -> None:
+    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     first, *trials, last = events("-j", "2")
     assert (first["event"], last["event"]) == ("start", "end")
     assert {event["event"] for event in trials} == {"trial"}
@@ -161,9 +162,9 @@ def test_every_line_is_an_event_and_the_trials_are_those_of_the_store(events) ->
 
 
 def test_the_last_line_is_the_object_of_json(events, capfd: pytest.CaptureFixture[str]) -> None:
-    events("-j", "2")
-    last = events("-j", "2")[-1]
-    run_command_line(("run", EXPERIMENT, "-j", "2", "--json"))
+    events("-j", "0")
+    last = events("-j", "0")[-1]
+    run_command_line(("run", EXPERIMENT, "-j", "0", "--json"))
     plain = json.loads(capfd.readouterr().out)
     for spent in (last, plain):
         assert spent.pop("seconds") >= 0.0
@@ -171,7 +172,7 @@ def test_the_last_line_is_the_object_of_json(events, capfd: pytest.CaptureFixtur
 
 
 def test_a_run_with_nothing_to_do_starts_and_ends(events) -> None:
-    events("-j", "2", "--retry-failed")
+    events("-j", "0", "--retry-failed")
     assert [event["event"] for event in events("-j", "0")] == ["start", "end"]
 
 

@@ -135,7 +135,7 @@ def test_a_reader_that_goes_away_stops_no_run(store: Store) -> None:
     """`gaitlab run ... 2>&1 | head -1`: every line after the first finds a broken pipe."""
     import subprocess
 
-    words = [sys.executable, "-m", "tests.reliability.alone", *command(store)]
+    words = [sys.executable, "-m", "tests.reliability.alone", *command(store, jobs=1)]
     with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.PIPE) as process:
         assert process.stderr is not None
         process.stderr.close()

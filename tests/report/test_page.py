@@ -168,23 +168,23 @@ def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
     assert files[0] == files[1]
 
 
-def test_every_image_of_the_page_lies_beside_it(tmp_path: Path) -> None:
-    page = write_page(results_of(toy_trials(seeds=2)), SOURCES, tmp_path)
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of the toy, under a title that would be markup."""
+    hostile = replace(results_of(toy_trials(seeds=2)), title="<script>*x*</script> | `y`")
+    return write_page(hostile, SOURCES, tmp_path_factory.mktemp("page"))
+
+
+def test_every_image_of_the_page_lies_beside_it(page: Path) -> None:
     images = re.findall(r"!\[[^]]+\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
     assert len(images) == 6
-    assert all((tmp_path / name).is_file() for name in images)
+    assert all(page.with_name(name).is_file() for name in images)
 
 
-def test_a_title_of_the_user_never_becomes_markup(tmp_path: Path) -> None:
-    results = results_of(toy_trials(seeds=1))
-    hostile = Results(**{**vars_of(results), "title": "<script>*x*</script> | `y`"})
-    text = write_page(hostile, SOURCES, tmp_path).read_text(encoding="utf-8")
+def test_a_title_of_the_user_never_becomes_markup(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
     assert "<script>" not in text
     assert text.startswith(r"# \<script\>\*x\*\</script\> \| \`y\`")
-
-
-def vars_of(results: Results) -> dict[str, object]:
-    return {name: getattr(results, name) for name in Results.__dataclass_fields__}
 
 
 @pytest.mark.parametrize("columns", ["seed", "surface"])
@@ -203,8 +203,13 @@ def test_a_page_without_any_finished_trial_says_so(tmp_path: Path) -> None:
     assert "2 trials failed" in text
 
 
-def test_a_page_answers_on_one_screen_and_links_the_rest(tmp_path: Path) -> None:
-    text = write_page(results_of(toy_trials(seeds=2)), SOURCES, tmp_path).read_text("utf-8")
+def test_the_second_page_says_the_command_that_makes_it_again(page: Path) -> None:
+    lines = page.with_name("details.md").read_text("utf-8").splitlines()
+    assert SOURCES.command in lines
+
+
+def test_a_page_answers_on_one_screen_and_links_the_rest(page: Path) -> None:
+    text = page.read_text("utf-8")
     assert len(text.splitlines()) <= 150
     screen = text.partition("<details>")[0]
     assert screen.count("![") == 1
