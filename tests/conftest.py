@@ -14,6 +14,7 @@ from hypothesis import settings
 settings.register_profile("gaitlab", deadline=None, derandomize=True)
 settings.load_profile("gaitlab")
 
+DISK = tempfile.gettempdir()
 MEMORY = Path("/dev/shm")
 ROOM = 1 << 30  # bytes; a container may have a few megabytes there
 

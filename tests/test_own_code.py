@@ -6,6 +6,8 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from gaitlab.experiment.plan import plan
 from gaitlab.plugins import load_class, user_code
 from gaitlab.running.run_trial import run_trial
 from gaitlab.simulation.trial import Trial
+from tests.conftest import DISK
 
 HEAD = """\
 import dataclasses
@@ -42,6 +45,13 @@ surfaces: [hard_floor]
 seeds: 1
 horizon: {cycles: 1, time: 0.1}
 """
+
+
+@pytest.fixture
+def tmp_path() -> Iterator[Path]:
+    """On a disk: in memory two versions within some milliseconds have the same time."""
+    with tempfile.TemporaryDirectory(dir=DISK) as folder:
+        yield Path(folder)
 
 
 def write(folder: Path, lift: str, head: str = "", walk: str = WALK) -> Path:
