@@ -108,11 +108,11 @@ def test_any_text_names_a_file_inside_or_nothing(name: str) -> None:
 
 def test_a_directory_and_a_wrong_suffix_are_refused(tmp_path: Path) -> None:
     (tmp_path / "dir.yaml").mkdir()
-    (tmp_path / "robot.urdf").write_text("<robot/>")
+    (tmp_path / "robot.stl").write_text("solid")
     with pytest.raises(UnknownName, match="is a directory"):
         locate("surface", "./dir.yaml", tmp_path)
     with pytest.raises(UnknownName, match=r"ends in \.py"):
-        locate("robot", "./robot.urdf", tmp_path)
+        locate("robot", "./robot.stl", tmp_path)
 
 
 def test_links_that_lead_nowhere_are_refused_and_say_so(tmp_path: Path) -> None:
