@@ -53,3 +53,13 @@ class Servo:
         unit="rad", low=0.0, high=0.1, doc="play of the gear train, full width"
     )
     mass: float = parameter(unit="kg", low=0.0, high=5.0, doc="mass of the servo, for reference")
+
+    @property
+    def largest_torque(self) -> float:
+        """At the supply's voltage, in [N m]."""
+        return self.torque_limit * self.stall_torque * self.supply / self.voltage
+
+    @property
+    def largest_speed(self) -> float:
+        """Without load at the supply's voltage, in [rad/s]."""
+        return self.no_load_speed * self.supply / self.voltage

@@ -20,7 +20,7 @@ import numpy as np
 from gaitlab.log import GRAVITY
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.robot import Robot
-from gaitlab.model.tree import Axis, Link, LinkPoses
+from gaitlab.model.tree import Link, LinkPoses, unit_axis
 
 EXTENSION = 0.92  # of thigh and shank, from hip to ankle
 PITCHES = 0.9  # of an axis along the lateral one
@@ -139,7 +139,7 @@ def _lengths(
     pitching = [
         position[k]
         for k, joint in chain
-        if joint is not None and abs((rotation[k] @ _unit(joint.axis))[1]) > PITCHES
+        if joint is not None and abs((rotation[k] @ unit_axis(joint.axis))[1]) > PITCHES
     ]
     if len(pitching) < 3:
         straight = hips - float(position[foot, 2])
@@ -149,9 +149,3 @@ def _lengths(
     straight = float(thigh + shank)
     over = float(rotation[foot, :, 2] @ (ankle - position[foot]))
     return straight, extension * straight, over + robot.sole.height
-
-
-def _unit(axis: Axis) -> np.ndarray:
-    if not isinstance(axis, str):
-        return np.array(axis)
-    return np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis.startswith("-") else 1.0)

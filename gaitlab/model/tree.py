@@ -19,6 +19,13 @@ Vector: TypeAlias = tuple[float, float, float]
 Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float]
 
 
+def unit_axis(axis: Axis) -> np.ndarray:
+    """The unit vector that an axis stands for. Shape (3,)."""
+    if not isinstance(axis, str):
+        return np.array(axis)
+    return np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis.startswith("-") else 1.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Box:
     """A box of a link: its shape for collision and display, and for the inertia.

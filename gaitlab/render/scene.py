@@ -18,6 +18,8 @@ from gaitlab.log import TrialLog
 from gaitlab.log.columns import FEET
 from gaitlab.log.fall import CAUSES
 from gaitlab.model import Link, LinkPoses, Tree
+from gaitlab.model.stance import PITCHES
+from gaitlab.model.tree import unit_axis
 from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.surface import Surface
 
@@ -239,7 +241,7 @@ def link_colour(link: Link, feet: tuple[str, str]) -> str:
 
 
 def _pitches(link: Link) -> bool:
-    return link.joint is not None and link.joint.axis == "y"
+    return link.joint is not None and abs(unit_axis(link.joint.axis)[1]) > PITCHES
 
 
 def _link_faces(

@@ -89,7 +89,7 @@ class Feedback(NamedTuple):
 
 def torque_limit(servo: Servo) -> float:
     """Largest torque of a servo at its supply voltage, in [N m]."""
-    return servo.torque_limit * servo.stall_torque * servo.supply / servo.voltage
+    return servo.largest_torque
 
 
 def stiffness(servo: Servo) -> float:
@@ -101,7 +101,7 @@ def servo_row(servos: Sequence[Servo], gain_scale: np.ndarray) -> ServoRow:
     """Servos as arrays, each gain scaled. Shape of gain_scale (joints,)."""
     table = {
         "gain": [s.position_gain * g for s, g in zip(servos, gain_scale, strict=True)],
-        "speed": [s.no_load_speed * s.supply / s.voltage for s in servos],
+        "speed": [s.largest_speed for s in servos],
         "damping": [s.stall_torque / s.no_load_speed for s in servos],
         "limit": [torque_limit(s) for s in servos],
         "resolution": [s.resolution for s in servos],
