@@ -63,8 +63,6 @@ def mend(robot: Bodies, legs: Legs, file: Path) -> Bodies:
         (replaced, "body", "bodies",
          "an inertia that nothing of this size and mass has; that of a box around it, or of a "
          "ball of water, is taken instead"),
-        ([j.name for j in joints if without_servo(j, joints)], "joint", "joints",
-         "no servo stated, only what an exporter writes for effort or velocity; name a servo"),
         ([j.name for j in joints if not np.isfinite(j.upper)], "joint", "joints",
          "no range stated, so any angle is allowed; write lower and upper into <limit>"),
         (_unlike_masses(robot, legs), "pair of leg bodies", "pairs of leg bodies",

@@ -46,6 +46,7 @@ class FoundLeg(NamedTuple):
         rotation: Of the foot's frame. Shape (3, 3).
         holds: Whether its joints can hold the sole's roll, pitch and yaw.
         standing: Angles with the knee bent the way its limits allow, in [rad]. Shape (joints,).
+        drawn: Where the file draws the foot's joint on its axis, in [m]. Shape (3,).
     """
 
     joints: tuple[str, ...]
@@ -57,6 +58,7 @@ class FoundLeg(NamedTuple):
     rotation: np.ndarray
     holds: tuple[bool, bool, bool]
     standing: np.ndarray
+    drawn: np.ndarray
 
     @property
     def segments(self) -> tuple[float, float]:
@@ -355,6 +357,7 @@ class _Reduction:
             rotation=sole.rotation,
             holds=holds,
             standing=_bent(axes, on_line, limits, pitch, sole.rotation),
+            drawn=points[-1],
         )
 
     def _size(self, sole: FoundSole, leg: FoundLeg, side: int = 0) -> SoleSize:

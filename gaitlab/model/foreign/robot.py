@@ -40,8 +40,10 @@ class ForeignRobot:
     """What every foreign robot can do; `robot_class` gives it the numbers of one.
 
     Attributes:
+        name: What results call it.
         found: What the robot is, as its file has it.
         own_servos: Servos that are numbers of its file and no file of theirs, by name.
+        servo_sources: Where those numbers come from, by name and parameter.
         posture_fields: Name of the posture's field of each joint that is held.
         feet: Names of the left and the right foot link.
         mass: Of the robot, in [kg].
@@ -49,8 +51,10 @@ class ForeignRobot:
         posture: Angles of the joints that are held, in [rad].
     """
 
+    name: ClassVar[str]
     found: ClassVar[Reduced]
     own_servos: ClassVar[Mapping[str, Servo]]
+    servo_sources: ClassVar[Mapping[str, Mapping[str, str]]]
     posture_fields: ClassVar[Mapping[str, str]]
     feet: ClassVar[tuple[str, str]]
 
@@ -196,6 +200,7 @@ def robot_class(
     found: Reduced,
     servos: Mapping[str, Servo],
     sources: Mapping[str, str],
+    servo_sources: Mapping[str, Mapping[str, str]],
     *,
     mass: float | None = None,
     kind: str = "flat",
@@ -207,6 +212,7 @@ def robot_class(
         found: What it is.
         servos: Servos of its own by name.
         sources: Where the mass and the sole's lengths come from, by their names.
+        servo_sources: Where the numbers of those servos come from, by name and parameter.
         mass: As weighed, in [kg]; None for the sum of the file.
         kind: Of the sole.
     """
@@ -240,6 +246,7 @@ def robot_class(
             "found": found,
             "feet": found.feet,
             "own_servos": dict(servos),
+            "servo_sources": dict(servo_sources),
             "posture_fields": names,
             "__doc__": f"{name}, a robot from a URDF.",
         },
@@ -262,7 +269,7 @@ def _sole_class(found: Reduced, sources: Mapping[str, str], how: str) -> type[So
             name,
             float,
             parameter(
-                round(getattr(found.sole, name), DIGITS),
+                round(getattr(found.sole, name), DIGITS) + 0.0,  # no -0
                 unit="m",
                 low=low,
                 high=high,

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -39,13 +39,17 @@ ASSUMED = {  # what neither a URDF nor two numbers say of a servo
     **{"voltage": 12.0, "supply": 12.0, "torque_limit": 1.0, "latency": 0.004},
     **{"resolution": 0.0, "backlash": 0.0, "mass": 0.0},
 }
+ASSUMPTION = "assumption"
+UNSTATED = "assumption: nobody states the servo"
 FULL_DUTY = 0.05  # rad of error; an MX-28 whose P gain is turned up has it
 STIFFEST = 500.0  # 1/s
 XACRO = ".xacro"
 NEAR = 4  # folders above a file in which its package may be
 MOST_PARTS = 500  # files of a xacro that are watched for changes
+FROM_FILE = "the robot file"  # source of a parameter
 DEFAULT = "default"  # in place of a pattern: every other joint
 FORWARD = ("x", "-x", "y", "-y")
+Statement = Literal["URDF", "robot file", "servo file", "assumed"]
 EXPECTED = "expected a mapping with `urdf: ./my.urdf`"
 
 
@@ -60,6 +64,7 @@ class Loaded(NamedTuple):
         found: What it was reduced to.
         notes: What a user should know, a sentence each.
         unstated: Joints for whose servos nobody states torque and speed.
+        stated_by: Who states torque and speed, by the servo's name.
         urdf: The URDF.
         files: Every file that was read, with time and size.
     """
@@ -71,6 +76,7 @@ class Loaded(NamedTuple):
     found: Reduced
     notes: tuple[str, ...]
     unstated: tuple[str, ...]
+    stated_by: Mapping[str, Statement]
     urdf: Path
     files: tuple[tuple[Path, int, int], ...]
 
@@ -86,7 +92,7 @@ def load_robot(path: Path) -> Loaded:
     """
     known = _loaded.get(path)
     if known is None or known.files != _stamps(file for file, _, _ in known.files):
-        known = _loaded[path] = _read(path)
+        known = _loaded[path] = robot_of(path, node_of(path))
     return known
 
 
@@ -102,14 +108,36 @@ def _stamps(files: Iterable[Path]) -> tuple[tuple[Path, int, int], ...]:
     return tuple(found)
 
 
-def _read(path: Path) -> Loaded:
-    if path.suffix.lower() in (".urdf", ".xacro"):
-        return _made(path, {}, Node(file=path, value={}), path)
-    node = load(path)
+def node_of(path: Path) -> Node:
+    """What a robot file says; of a URDF that it is one, which is all that has to be said.
+
+    Raises:
+        FileError: If it is no YAML.
+    """
+    if is_urdf(path):
+        return Node(file=path, value={"urdf": Node(file=path, value=str(path))})
+    return load(path)
+
+
+def is_urdf(path: Path) -> bool:
+    """Whether a file is a URDF itself, or becomes one."""
+    return path.suffix.lower() in (".urdf", XACRO)
+
+
+def robot_of(path: Path, node: Node) -> Loaded:
+    """The robot of what a robot file says.
+
+    Args:
+        path: The file, after which the robot is called.
+        node: What it says.
+
+    Raises:
+        FileError: At the place of the first mistake.
+    """
     said = _said(node)
     place = node.mapping["urdf"]
     urdf = place.folder / str(said["urdf"])
-    if not urdf.is_file() or urdf.suffix.lower() not in (".urdf", ".xacro"):
+    if not urdf.is_file() or not is_urdf(urdf):
         raise FileError([place.problem(f"urdf: there is no URDF {urdf}; give its file")])
     return _made(path, said, node, urdf)
 
@@ -226,11 +254,11 @@ def _made(path: Path, said: Mapping[str, Any], node: Node, urdf: Path) -> Loaded
     except WrongValue as error:
         place = node.mapping.get("urdf") or Node(file=urdf, value=None)
         raise FileError([place.problem(str(error))]) from error
-    sources = {key: "the robot file" for key in said.get("sole", {})}
+    sources = {key: FROM_FILE for key in said.get("sole", {})}
     if "mass" in said:
-        sources["mass"] = "the robot file"
+        sources["mass"] = FROM_FILE
     cls = robot_class(
-        path.stem, found, servos.own, sources,
+        path.stem, found, servos.own, sources, servos.sources,
         mass=said.get("mass"), kind=said.get("sole", {}).get("kind", "flat"),
     )  # fmt: skip
     meshes = {
@@ -248,6 +276,7 @@ def _made(path: Path, said: Mapping[str, Any], node: Node, urdf: Path) -> Loaded
         found=found,
         notes=tuple(dict.fromkeys(notes)),
         unstated=tuple(servos.unstated),
+        stated_by=servos.stated_by,
         urdf=urdf,
         files=_stamps([*dict.fromkeys((path, urdf, *_parts(urdf))), *sorted(meshes)]),
     )
@@ -346,12 +375,16 @@ class _Servos:
     Attributes:
         own: Servos that are numbers, by name.
         unstated: Joints for which nobody states torque and speed.
+        stated_by: Who states them, by the servo's name.
+        sources: Where the numbers of servos that are no files come from, by name and parameter.
         notes: What a user should know of them.
     """
 
     def __init__(self, robot: Bodies, legs: Legs, node: Node | None, path: Path) -> None:
         self.own: dict[str, Servo] = {}
         self.unstated: list[str] = []
+        self.stated_by: dict[str, Statement] = {}
+        self.sources: dict[str, dict[str, str]] = {}
         self._joints = {b.joint.name: b.joint for b in robot.bodies if b.joint is not None}
         self._torque = SERVO_TORQUE * robot.mass * GRAVITY * sum(leg_lengths(robot, legs))
         self._rules = [] if node is None else self._read(node, path)
@@ -378,10 +411,16 @@ class _Servos:
         if without_servo(found, list(self._joints.values())):
             self.unstated.append(joint)
             return self._numbers("assumed", self._torque, SERVO_SPEED)
-        return self._numbers("urdf", found.effort, found.velocity)
+        return self._numbers("URDF", found.effort, found.velocity)
 
-    def _numbers(self, start: str, torque: float, speed: float) -> str:
-        name = f"{start}: {torque:.4g} N m, {speed:.4g} rad/s"
+    def _numbers(self, who: Statement, torque: float, speed: float) -> str:
+        name = f"{who.lower()}: {torque:.4g} N m, {speed:.4g} rad/s"
+        self.stated_by[name] = who
+        source = "read: the URDF" if who == "URDF" else UNSTATED
+        self.sources[name] = {
+            **dict.fromkeys(ASSUMED, ASSUMPTION),
+            **{"position_gain": ASSUMPTION, "stall_torque": source, "no_load_speed": source},
+        }
         limits = parameter_table(Servo)
         values = {"stall_torque": torque, "no_load_speed": speed, **_assumed(speed)}
         bounded = {
@@ -397,7 +436,7 @@ class _Servos:
         if not node.mapping:
             message = (
                 f"servos: found {node.found()}; expected a servo, or {{default: SERVO, "
-                "'REGEX': SERVO}}"
+                "'REGEX': SERVO}"
             )
             raise FileError([node.problem(message)])
         rules: list[tuple[re.Pattern[str] | None, str]] = []
@@ -418,13 +457,22 @@ class _Servos:
                 found = locate("servo", node.value, node.folder)
             except GaitlabError as error:
                 raise FileError([node.problem(f"servos: {error}")]) from error
-            return str(found) if is_file_name(node.value) else node.value
-        speed = node.mapping.get("no_load_speed", node).value
+            name = str(found) if is_file_name(node.value) else node.value
+            self.stated_by[name] = "servo file"
+            return name
+        stated = node.mapping.get("no_load_speed", node)
+        speed = stated.mapping.get("value", stated).value
+        number = float(speed) if isinstance(speed, int | float) else 1.0  # else refused below
         assumed = {
             name: node.holding(Node(file=node.file, value=value))
-            for name, value in _assumed(speed if isinstance(speed, float) else 1.0).items()
+            for name, value in _assumed(number).items()
             if name not in node.mapping
         }
         name = f"{plain(key)} of {path.stem}"
+        self.stated_by[name] = "robot file"
+        self.sources[name] = dict.fromkeys(assumed, ASSUMPTION) | {
+            key: str(value.mapping["source"].value) if "source" in value.mapping else FROM_FILE
+            for key, value in node.mapping.items()
+        }
         self.own[name] = build(Servo, node.replaced(**assumed), skip=())
         return name
