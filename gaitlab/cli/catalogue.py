@@ -30,6 +30,7 @@ from gaitlab.errors import FileError, UnknownName
 
 if TYPE_CHECKING:
     from gaitlab.experiment import Study
+    from gaitlab.model.foreign.robot import ForeignRobot
     from gaitlab.plugins import Kind
     from gaitlab.store import Store, TrialRecord
 
@@ -172,7 +173,7 @@ def show(
 
 
 def _kind_of_file(name: str) -> Kind:
-    """What a file defines: Python is told by its class, YAML by its keys."""
+    """What a file defines: Python is told by its class, YAML by its keys, a URDF by its ending."""
     from gaitlab.documents import load
     from gaitlab.model.servo import Servo
     from gaitlab.parameters import parameter_table
@@ -182,7 +183,11 @@ def _kind_of_file(name: str) -> Kind:
         with suppress(OSError):  # whoever loads it says what is wrong with it
             text = path.read_text(encoding="utf-8", errors="replace")
         return next((kind for name, kind in CLASSES.items() if f"class {name}" in text), "gait")
+    if path.suffix.lower() in (".urdf", ".xacro"):
+        return "robot"
     keys = set(load(path).mapping)
+    if "urdf" in keys:
+        return "robot"
     if "type" in keys or "frames" in keys:
         return "surface" if "type" in keys else "motion"
     return "servo" if keys & set(parameter_table(Servo)) else "experiment"
@@ -218,7 +223,8 @@ def described(kind: Kind, name: str) -> str:
         from gaitlab.plugins import load_class
 
         cls = load_class(kind, name)
-        return f"{head}\n{_parameters_text(cls, _unchanged(cls))}"
+        text = f"{head}\n{_parameters_text(cls, _unchanged(cls))}"
+        return f"{text}\n\n{_servos_text(cls())}" if hasattr(cls, "own_servos") else text
     if kind == "surface":
         from gaitlab.surfaces.files import load_surface
 
@@ -240,6 +246,21 @@ def _unchanged(cls: type) -> object | None:
     from gaitlab.parameters import parameters
 
     return None if any(item.default is MISSING for item in parameters(cls)) else cls()
+
+
+def _servos_text(robot: ForeignRobot) -> str:
+    """Which joints of a robot of a file have which servo, and where its numbers stand."""
+    joints: dict[str, list[str]] = {}
+    for joint in robot.tree.joints:
+        joints.setdefault(str(joint.servo), []).append(joint.name)
+    rows = []
+    for name, whose in joints.items():
+        own = robot.own_servos.get(name)
+        source = robot.servo_sources.get(name, {}).get("stall_torque", f"`gaitlab show {name}`")
+        numbers = ["", ""] if own is None else [number(own.stall_torque), number(own.no_load_speed)]
+        rows.append([name, *numbers, ", ".join(whose), source])
+    head = ("servo", "stall_torque [N m]", "no_load_speed [rad/s]", "joints", "source")
+    return wrapped(head, rows, texts=2)
 
 
 def _motion_text(name: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from gaitlab.documents import Node, load, parse
 from gaitlab.errors import GaitlabError
 from gaitlab.experiment import Experiment
-from gaitlab.model import gantry_of
+from gaitlab.model import Robot, gantry_of
 from gaitlab.parameters import Parameter, get_path, parameters
 from gaitlab.plugins import label, locate
 from gaitlab.report.markdown import code, details, escape, table
@@ -51,9 +51,22 @@ def file_notes(kind: Literal["surface", "servo"], name: str, folder: Path) -> No
     except GaitlabError:
         return Notes()
     return Notes(
-        values={item.name: get_path(owner, item.name) for item in parameters(type(owner))},
+        values=_values(owner),
         sources={key: str(source.value) for key, source in _sources(nodes).items()},
     )
+
+
+def servo_notes(robot: Robot, name: str, folder: Path) -> Notes:
+    """Notes of a servo: of its file, or of the robot's file that has its numbers."""
+    own: Mapping[str, object] = getattr(robot, "own_servos", {})
+    if name not in own:
+        return file_notes("servo", name, folder)
+    sources: Mapping[str, Mapping[str, str]] = getattr(robot, "servo_sources", {})
+    return Notes(values=_values(own[name]), sources=sources.get(name, {}))
+
+
+def _values(owner: object) -> dict[str, object]:
+    return {item.name: get_path(owner, item.name) for item in parameters(type(owner))}
 
 
 def _sources(nodes: Mapping[str, Node]) -> dict[str, Node]:

@@ -16,10 +16,10 @@ from gaitlab.report.page import Sources
 from gaitlab.report.provenance import (
     DescribedPart,
     common_values,
-    file_notes,
     ground_notes,
     ground_table,
     seeds_text,
+    servo_notes,
 )
 from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
@@ -90,7 +90,7 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Desc
             title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied
         )
         for name, servo in _servos(trial).items():
-            notes = file_notes("servo", name, experiments[0].path.parent)
+            notes = servo_notes(trial.robot, name, experiments[0].path.parent)
             title = f"servo {name}{of}"
             yield DescribedPart(title=title, path="servo", value=servo, varied=varied, notes=notes)
     yield from _balance_parts(experiments, varied)

@@ -97,7 +97,7 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
         standings=[cells[index] for index in sorted(cells)],
         values=[values[index] for index in sorted(values)],
         trial_seconds=planned.seconds,
-        own_code=tuple(code.told for code in codes if code.digest is not None),
+        own_code=tuple(code.told for code in codes if code.is_code),
         swept=experiment.design.texts if experiment.design else {},
     )
 
