@@ -22,6 +22,7 @@ from gaitlab.cli.optimizing import optimize
 from gaitlab.cli.printing import say, tell
 from gaitlab.cli.replaying import replay
 from gaitlab.cli.results import QueryCommand, query, report, status
+from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
 from gaitlab.cli.stores import merge, verify
 from gaitlab.documents.printable import is_utf8
@@ -29,7 +30,7 @@ from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 READING = ("list", "show", "query", "ik", "fk")
-WRITING = ("report", "audit", "export", "replay", "baseline")  # files outside the store
+WRITING = ("robot", "report", "audit", "export", "replay", "baseline")  # files outside the store
 
 
 class _Stopped(Exception):
@@ -104,6 +105,7 @@ app.command(short_help="Write the tables and figures of experiments or studies."
 app.command(name="list", short_help="List robots, gaits, surfaces, servos, experiments.")(
     list_names
 )
+app.command(short_help="See what a URDF holds, and draft a first walk.")(robot)
 app.command(short_help="Show the parameters behind a name, or a trial.")(show)
 app.command(short_help="Show a trial as a film.")(replay)
 app.command(short_help="Write a log or a robot for another tool.")(export)
