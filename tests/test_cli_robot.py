@@ -260,6 +260,7 @@ BAD: dict[str, tuple[str, str | bytes, str]] = {  # file, what it holds, what is
     "dangling": ("x.urdf", changed('<parent link="trunk"', '<parent link="trunc"'), "trunc"),
     "one leg": ("x.urdf", "", "mirror"),
     "knees": ("x.urdf", "", "knees"),
+    "stiff knees": ("x.urdf", "", "cannot stand.*knee"),
     "millimetres": ("x.urdf", "", "metres"),
     "too heavy": ("x.urdf", changed("<mass value=\"", "<mass value=\"999"), "kg"),
     "no sole": ("x.urdf", "", "sole"),
@@ -278,6 +279,13 @@ def odd(case: str) -> str:
         assert limits in text[start:]
         turned = f'lower="{-knee.upper!r}" upper="{-knee.lower!r}"'
         return text[:start] + text[start:].replace(limits, turned, 1)
+    if case == "stiff knees":
+        for joint in EROS.tree.joints:
+            if joint.name.endswith("knee"):
+                start = text.index(f'<joint name="{joint.name}"')
+                rest = text[start:].replace(f'upper="{joint.upper!r}"', 'upper="0.05"', 1)
+                text = text[:start] + rest
+        return text
     if case == "millimetres":
 
         def longer(found: re.Match[str]) -> str:

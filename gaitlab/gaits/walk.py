@@ -27,13 +27,12 @@ import numpy as np
 from gaitlab.errors import Infeasible
 from gaitlab.model import Robot
 from gaitlab.model.gait import FeetPoses
-from gaitlab.model.stance import EXTENSION, Stance, stance_of
+from gaitlab.model.stance import EXTENSIONS, Stance, stance_of
 from gaitlab.parameters import parameter
 
 PERIOD = 0.45  # of the natural period
 STEP_LENGTH, STEP_HEIGHT = 0.08, 0.05  # of the leg's length
 SWAY = 1.0  # of a linear inverted pendulum's
-EXTENSIONS = (EXTENSION, 0.88, 0.84, 0.8, 0.95, 0.97)  # of the legs, the first that leaves room
 LOOKED_AT = 64  # instants of a walk that has to be possible
 _SCALED = "assumption: scaled to the robot; here for a leg of 0.4 m. A search finds its own"
 _USUAL = "assumption: usual among kid-size robots; a search finds a robot's own"

@@ -23,6 +23,7 @@ from gaitlab.model.robot import Robot
 from gaitlab.model.tree import Link, LinkPoses, unit_axis
 
 EXTENSION = 0.92  # of thigh and shank, from hip to ankle
+EXTENSIONS = (EXTENSION, 0.88, 0.84, 0.8, 0.95, 0.97)  # that are tried, the first that leaves room
 PITCHES = 0.9  # of an axis along the lateral one
 GAP = 0.01  # m between the soles, at least
 ROUNDS = 8  # of putting the centre of mass over the soles

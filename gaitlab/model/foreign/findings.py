@@ -25,7 +25,7 @@ from gaitlab.model.foreign.robot import ForeignRobot
 from gaitlab.model.foreign.robot_file import FROM_FILE, Loaded, Statement
 from gaitlab.model.gait import FeetPoses, Gait
 from gaitlab.model.servo import Servo
-from gaitlab.model.stance import Stance, stance_of, standing_feet
+from gaitlab.model.stance import EXTENSIONS, Stance, stance_of, standing_feet
 from gaitlab.model.tree import LinkPoses, Tree, unit_axis
 from gaitlab.parameters import parameter_table
 
@@ -208,13 +208,13 @@ def findings_of(
         walk: The default walk of a robot.
 
     Raises:
-        FileError: If it cannot stand with bent knees.
+        FileError: If it cannot stand.
     """
     robot: ForeignRobot = loaded.cls()
     stance = _standing(loaded)
     feet = standing_feet(stance.hip_height, stance.step_width, stance.com_offset)
     joints = robot.joint_targets(feet)
-    speeds, no_walk = _walk_speeds(robot, walk(robot))
+    speeds, no_walk = _walk_speeds(robot, walk)
     return RobotFindings(
         name=loaded.bodies.name,
         links=loaded.bodies.link_count,
@@ -231,22 +231,26 @@ def findings_of(
 
 
 def _standing(loaded: Loaded) -> Stance:
-    """How the robot of a file stands.
+    """How the robot of a file stands, its knees bent as its limits let them.
 
     Raises:
-        FileError: If it cannot with bent knees.
+        FileError: If it cannot.
     """
-    try:
-        return stance_of(loaded.cls())
-    except Infeasible as error:
-        fact, _, _ = error.reason.partition(";")  # what follows is advice for a gait
-        message = (
-            f"it cannot stand with its knees bent, hip and ankle 0.92 of the leg apart: "
-            f"{error.limb}: {fact}. Mend lower and upper of that joint's <limit>, or its axis"
-        )
-        raise FileError(
-            [Problem(file=loaded.urdf, line=None, column=None, message=message)]
-        ) from error
+    robot: ForeignRobot = loaded.cls()
+    problems = []
+    for extension in EXTENSIONS:
+        try:
+            return stance_of(robot, extension)
+        except Infeasible as problem:
+            problems.append(problem)
+    fact, _, _ = problems[0].reason.partition(";")  # what follows is advice for a gait
+    message = (
+        f"it cannot stand, however its knees are bent: {problems[0].limb}: {fact}. Mend lower and "
+        "upper of that joint's <limit>, or its axis"
+    )
+    raise FileError(
+        [Problem(file=loaded.urdf, line=None, column=None, message=message)]
+    ) from problems[0]
 
 
 def _legs(loaded: Loaded, stance: Stance) -> LegFindings:
@@ -352,11 +356,14 @@ def standing_torques(robot: ForeignRobot, joints: np.ndarray) -> np.ndarray:
     return np.array(torques)
 
 
-def _walk_speeds(robot: ForeignRobot, walk: Gait) -> tuple[np.ndarray | None, str]:
-    """Largest speed of each joint in a walk, in [rad/s]; or why it cannot be walked."""
-    until = walk.startup_time + CYCLES * walk.gait_period
+def _walk_speeds(
+    robot: ForeignRobot, walk: Callable[[ForeignRobot], Gait]
+) -> tuple[np.ndarray | None, str]:
+    """Largest speed of each joint in a robot's walk, in [rad/s]; or why it cannot be walked."""
     try:
-        targets = robot.joint_targets(walk.feet(np.arange(0.0, until, TICK)))
+        made = walk(robot)
+        until = made.startup_time + CYCLES * made.gait_period
+        targets = robot.joint_targets(made.feet(np.arange(0.0, until, TICK)))
     except Infeasible as error:
         return None, f"{error.limb}: {error.reason}"
     return np.abs(np.diff(targets, axis=0)).max(axis=0) / TICK, ""
