@@ -141,7 +141,11 @@ def test_the_robot_file_of_the_guide_is_read(tmp_path: Path) -> None:
     robot = eros.Robot()
     (tmp_path / "my.urdf").write_text(urdf(robot.tree, robot.sole, robot.feet))
     (text,) = blocks(ROOT / "docs" / "your_robot.md", "yaml")
-    text = text.replace("_ank_", "_ankle_").replace("l_sho", "left_shoulder").replace("r_sho", "right_shoulder")
+    text = (
+        text.replace("_ank_", "_ankle_")
+        .replace("l_sho", "left_shoulder")
+        .replace("r_sho", "right_shoulder")
+    )
     file = tmp_path / "my_robot.yaml"
     file.write_text(text)
     made = load_robot(file).cls()

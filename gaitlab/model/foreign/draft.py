@@ -64,7 +64,7 @@ def experiment_draft(file: Path, robot: Path, found: RobotFindings) -> str:
         [
             f"# {file.name}, drafted by gaitlab: the walk that comes of the robot's size, not of a",
             f"# search. A better one for this robot: gaitlab optimize first_walk {search}",
-            f"name: {file.stem}",
+            f"name: {plain_name(found.name).strip('_') or 'my_robot'}_first_walk",
             f"title: {_quoted(f'The first walk of {found.name}')}",
             f"robot: {_quoted(way(file.parent, robot))}",
             "gait: walk  # or {type: walk, step_length: 0.02}: `gaitlab show walk` has all of it",

@@ -34,6 +34,7 @@ from gaitlab.parameters import Parameter, parameter_table
 from gaitlab.plugins import is_file_name, suggestion
 
 SERVO_TORQUE = 0.5  # m g L, of a servo that nobody states
+PLAUSIBLE = 5.0  # m g L; public humanoids state 0.3 to 0.7, beyond it nobody has measured
 SERVO_SPEED = 7.0  # rad/s, likewise
 ASSUMED = {  # what neither a URDF nor two numbers say of a servo
     **{"voltage": 12.0, "supply": 12.0, "torque_limit": 1.0, "latency": 0.004},
@@ -386,7 +387,8 @@ class _Servos:
         self.stated_by: dict[str, Statement] = {}
         self.sources: dict[str, dict[str, str]] = {}
         self._joints = {b.joint.name: b.joint for b in robot.bodies if b.joint is not None}
-        self._torque = SERVO_TORQUE * robot.mass * GRAVITY * sum(leg_lengths(robot, legs))
+        self._lifting = robot.mass * GRAVITY * sum(leg_lengths(robot, legs))
+        self._torque = SERVO_TORQUE * self._lifting
         self._rules = [] if node is None else self._read(node, path)
 
     @property
@@ -396,10 +398,17 @@ class _Servos:
             return []
         names = ", ".join(self.unstated[:3])
         more = f" and {len(self.unstated) - 3} more" if len(self.unstated) > 3 else ""
+        stated = max(self._joints[name].effort for name in self.unstated)
+        beyond = (
+            f" (the file says {stated:g} N m, {stated / self._lifting:.0f} times what lifts the "
+            "robot on a stretched leg)"
+            if stated > PLAUSIBLE * self._lifting
+            else ""
+        )
         return [
-            f"no servo is stated for {names}{more}: {self._torque:.3g} N m and {SERVO_SPEED:g} "
-            "rad/s are assumed, half of what lifts the robot on a stretched leg; say which servos "
-            "they are under `servos:` in the robot file"
+            f"no servo is stated for {names}{more}{beyond}: {self._torque:.3g} N m and "
+            f"{SERVO_SPEED:g} rad/s are assumed, half of what lifts the robot on a stretched leg; "
+            "say which servos they are under `servos:` in the robot file"
         ]
 
     def name_of(self, joint: str) -> str:
@@ -408,7 +417,8 @@ class _Servos:
             if pattern is None or pattern.fullmatch(joint):
                 return name
         found = self._joints[joint]
-        if without_servo(found, list(self._joints.values())):
+        implausible = found.effort > PLAUSIBLE * self._lifting
+        if implausible or without_servo(found, list(self._joints.values())):
             self.unstated.append(joint)
             return self._numbers("assumed", self._torque, SERVO_SPEED)
         return self._numbers("URDF", found.effort, found.velocity)

@@ -323,3 +323,16 @@ def test_a_xacro_is_expanded_with_what_it_includes(tmp_path: Path) -> None:
     main.write_text(main.read_text().replace("body.xacro", "nobody.xacro"))
     with pytest.raises(FileError, match="nobody"):
         load_robot(main)
+
+
+@pytest.mark.parametrize(("effort", "stated"), [("10.0", True), ("80.0", False), ("1000.0", False)])
+def test_a_torque_that_no_servo_of_such_a_robot_has_is_no_servo(tmp_path, effort, stated) -> None:
+    loaded = read_back(
+        eros.Robot(),
+        tmp_path,
+        lambda text: text.replace('effort="1000.0" velocity="100.0"', f'effort="{effort}" velocity="6.0"'),
+    )  # fmt: skip
+    torques = {servo.stall_torque for servo in loaded.cls().own_servos.values()}
+    assert (torques == {float(effort)}) is stated
+    assert (loaded.unstated == ()) is stated
+    assert max(torques) < 20.0
