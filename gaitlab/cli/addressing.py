@@ -165,11 +165,11 @@ def _fits(place: FoundTrial, part: str) -> bool:
     values = {**labels, **place.values}
     if not equals:
         return any(_same(known, part) for known in values.values())
-    return any(_same(known, value) for name, known in values.items() if _called(name, path))
-
-
-def _called(name: str, path: str) -> bool:
-    return name == path or name.endswith(f".{path}")
+    return any(
+        _same(known, value)
+        for name, known in values.items()
+        if (name == path or name.endswith(f".{path}"))
+    )
 
 
 def _same(known: Scalar, text: str) -> bool:

@@ -136,7 +136,12 @@ def run_command_line(arguments: Sequence[str]) -> int:
         tell(str(error) or "stopped; nothing was begun")
         return INTERRUPTED
     except OSError as error:
-        tell(_system_text(error))
+        where = f"{error.filename}: " if error.filename else ""
+        reason = error.strerror or str(error)
+        system_text = (
+            f"{where}{reason}; the folder may be gone, full, no folder or not yours to write to"
+        )
+        tell(system_text)
         return StoreError.exit_code
     except SystemExit as error:  # of the shell's completion, or the reader of the help has gone
         gone = isinstance(error.__context__, BrokenPipeError)
@@ -176,10 +181,3 @@ def _usage_text(error: TyperException) -> str:
         message = f"{message.partition(', unable')[0]}, found {details[0]['input']!r}"
     context = getattr(error, "ctx", None)
     return f"{message}\nTry `{context.command_path if context else 'gaitlab'} --help`."
-
-
-def _system_text(error: OSError) -> str:
-    """What the system refused, for whatever no command foresaw."""
-    where = f"{error.filename}: " if error.filename else ""
-    reason = error.strerror or str(error)
-    return f"{where}{reason}; the folder may be gone, full, no folder or not yours to write to"

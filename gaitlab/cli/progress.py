@@ -137,19 +137,14 @@ class Bar(Silent):
 
 def told(trial: Started) -> str:
     """A trial by the varied values of its cell, `carpet_4mm, step_length 0.04, seed 3`."""
-    cell = _values(trial.cell)
-    return visible(f"{cell}, seed {trial.seed}") if cell else f"seed {trial.seed}"
-
-
-def _values(cell: Mapping[str, object]) -> str:
-    """Names speak for themselves, numbers need the name of what they are."""
-    words = [str(value) for value in cell.values() if isinstance(value, str)]
+    words = [str(value) for value in trial.cell.values() if isinstance(value, str)]
     numbers = [
         f"{path.rpartition('.')[2]} {number(value)}"
-        for path, value in cell.items()
+        for path, value in trial.cell.items()
         if not isinstance(value, str)
     ]
-    return ", ".join(words + numbers)
+    cell = ", ".join(words + numbers)
+    return visible(f"{cell}, seed {trial.seed}") if cell else f"seed {trial.seed}"
 
 
 def ended(summary: Summary) -> int:

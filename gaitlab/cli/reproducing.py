@@ -57,7 +57,8 @@ def run_members(whole: Reproduction, store: Store, asked: Asked, *, dry_run: boo
         UsageError: If all of them together take more than a day and nobody said yes.
         StoreError: If the store cannot be used.
     """
-    refuse_large(_whole_cost(whole.members, asked.workers), asked.yes)
+    costs = [cost(planned, planned.size, asked.workers) for planned in map(plan, whole.members)]
+    refuse_large(_sum(costs), asked.yes)
     if dry_run:
         say(_plans(whole.members, store, asked))
         return 0
@@ -84,11 +85,6 @@ def only_one(names: Sequence[str]) -> str:
     return names[0]
 
 
-def _whole_cost(members: Sequence[Experiment], workers: int) -> Cost:
-    costs = [cost(planned, planned.size, workers) for planned in map(plan, members)]
-    return _sum(costs)
-
-
 def _sum(costs: Sequence[Cost]) -> Cost:
     return Cost(
         trials=sum(one.trials for one in costs),
@@ -104,7 +100,10 @@ def _run_in_turn(members: Sequence[Experiment], store: Store, asked: Asked) -> d
         if any(summary.interrupted for summary in done.values()):
             done[member.name] = Summary(planned=plan(member).size)
             continue
-        _announce(member, number, len(members), asked)
+        if asked.json_lines:
+            say(json.dumps({"event": "member", "experiment": member.name, "number": number}))
+        elif not asked.quiet:
+            tell(f"{member.name} ({number} of {len(members)})")
         told = told_of(asked.quiet, asked.json_lines)  # before stdout is kept from others
         with other_output_on_stderr():
             done[member.name] = dispatch(
@@ -112,13 +111,6 @@ def _run_in_turn(members: Sequence[Experiment], store: Store, asked: Asked) -> d
             )
         tell_reasons(store, member.listed_as, done[member.name])
     return done
-
-
-def _announce(member: Experiment, number: int, count: int, asked: Asked) -> None:
-    if asked.json_lines:
-        say(json.dumps({"event": "member", "experiment": member.name, "number": number}))
-    elif not asked.quiet:
-        tell(f"{member.name} ({number} of {count})")
 
 
 def _outcome(done: Mapping[str, Summary], found: Summary, asked: Asked) -> str:

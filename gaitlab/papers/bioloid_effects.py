@@ -39,19 +39,18 @@ from gaitlab.papers.page import Numbers
 
 def planar() -> Numbers:
     """How far a planar leg stays short of its target in cm, and its error of beta in degrees."""
-    return {"short": _short_of(), "beta": _coupling_error()}
+    off = [recomputed(side, "spatial") - recomputed(side) for side in SIDES]
+    coupling_error = float(np.abs(np.stack(off)[..., ALPHA : BETA + 1]).max())
+    return {"short": _short_of(), "beta": coupling_error}
 
 
 def behind() -> Numbers:
     """Turn of the hip the wrong way for an ankle behind it, in degrees."""
-    return {"behind": 2.0 * np.degrees(np.arctan2(-_level_x().min(), 11.5))}
-
-
-def _level_x() -> np.ndarray:
-    """Ankles ahead of the hips once the torso's lean is taken out, in cm. Shape (10,)."""
     both = np.concatenate([targets(side)[:, :2] for side in SIDES])
     lean = np.radians(common_lean()[LIFT_LEFT])
-    return np.asarray(both[:, 0] * np.cos(lean) - both[:, 1] * np.sin(lean))
+    # Ahead of the hips once the torso's lean is taken out, in cm.
+    level_x = both[:, 0] * np.cos(lean) - both[:, 1] * np.sin(lean)
+    return {"behind": 2.0 * np.degrees(np.arctan2(-level_x.min(), 11.5))}
 
 
 def _short_of() -> float:
@@ -62,11 +61,6 @@ def _short_of() -> float:
         ankle = 100.0 * ankle_position(angles, coupling="spatial", **LENGTHS)
         found.append(np.linalg.norm(ankle - targets(side), axis=1).max())
     return float(max(found))
-
-
-def _coupling_error() -> float:
-    off = [recomputed(side, "spatial") - recomputed(side) for side in SIDES]
-    return float(np.abs(np.stack(off)[..., ALPHA : BETA + 1]).max())
 
 
 def soles_apart() -> Numbers:

@@ -30,7 +30,7 @@ from gaitlab.papers.biped_effects import WALK, boundary_angles, lowest_point
 from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of, text_of
 from gaitlab.papers.strides import Postures, joint_figure, stick_figure
 from gaitlab.papers.walks import not_simulated, share_text, spread_text, trials
-from gaitlab.parameters import Parameter, parameters
+from gaitlab.parameters import parameters
 from gaitlab.render.figure_style import save
 from gaitlab.robots.biped import Robot
 
@@ -149,7 +149,9 @@ def _changed(ending: str, **lengths: float) -> Gait:
 
 
 def _theory_table() -> Table:
-    ways = {"straight": _straight_stance(), **{f"hips at {f:.2f}": _bent(f) for f in FRACTIONS}}
+    t = np.linspace(1.0, 3.0, 4001) * WALK.half_stride
+    straight_stance = _stance(WALK.joint_motion(t).position[:, 1], t[1] - t[0])
+    ways = {"straight": straight_stance, **{f"hips at {f:.2f}": _bent(f) for f in FRACTIONS}}
     rows = [[name, *_cells(way.belts), *_cells(way.joints)] for name, way in ways.items()]
     text = (
         f"All {Robot().tree.mass:g} kg in the hips, massless legs, no moment at the ankle; "
@@ -164,11 +166,6 @@ def _theory_table() -> Table:
 
 def _cells(effort: MotorEffort) -> list[str]:
     return [f"{effort.peak:.1f}", f"{effort.work:.2f}", f"{effort.heat:.0f}"]
-
-
-def _straight_stance() -> StanceEffort:
-    t = np.linspace(1.0, 3.0, 4001) * WALK.half_stride
-    return _stance(WALK.joint_motion(t).position[:, 1], t[1] - t[0])
 
 
 def _bent(fraction: float) -> StanceEffort:
@@ -188,14 +185,11 @@ def _assumptions() -> Iterator[tuple[str, str]]:
     for cls in (Gait, Robot):
         for item in parameters(cls):
             if item.source.startswith("assumption"):
-                yield f"{item.name}: {item.doc}", _default(item)
+                number = isinstance(item.default, float)
+                shown = f"{item.default:.4g}" if number else str(item.default)
+                default = shown if item.unit == "-" else f"{shown} {item.unit}"
+                yield f"{item.name}: {item.doc}", default
     yield from assumptions_of("biped", biped_effects)
-
-
-def _default(item: Parameter) -> str:
-    number = isinstance(item.default, float)
-    shown = f"{item.default:.4g}" if number else str(item.default)
-    return shown if item.unit == "-" else f"{shown} {item.unit}"
 
 
 def _pictures() -> Iterator[Picture]:

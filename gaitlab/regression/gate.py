@@ -135,13 +135,14 @@ def undecided(
     if before is None or tonight is None:
         return outcome
     pairs = _same_trials(before, tonight)
+    found = [", ".join(each.provenance.get("git_commit", ())) for each in (before, tonight)]
     return replace(
         outcome,
         declared=_declared(before, tonight),
         surroundings=_surroundings(before, tonight),
         differing=_differing(pairs),
         compared=len(pairs),
-        commits=_commits(before, tonight),
+        commits=found if all(found) else [],
     )
 
 
@@ -230,9 +231,3 @@ def _surroundings(before: Baseline, tonight: Baseline) -> list[tuple[str, str, s
         if name != "git_commit"
     ]
     return [(name, then, now) for name, then, now in told if then != now]
-
-
-def _commits(before: Baseline, tonight: Baseline) -> list[str]:
-    """From which code to which, for whoever looks for the culprit."""
-    found = [", ".join(each.provenance.get("git_commit", ())) for each in (before, tonight)]
-    return found if all(found) else []

@@ -19,13 +19,18 @@ HEADER = ("quantity", "on", "baseline", "tonight", "change", "p worse", "finding
 
 def outcome_page(experiment: str, outcome: GateResult) -> str:
     """The whole answer: verdict, falls and bits in the first line, then what they rest on."""
+    lines = []
+    if outcome.declared:
+        lines.append(f"- Declared: {', '.join(outcome.declared)} changed since the baseline.")
+    for name, then, now in outcome.surroundings:
+        lines.append(f"- {name.replace('_', ' ')}: {then} -> {now}")
     blocks = [
         f"# {headline(experiment, outcome)}",
         _sentence(outcome),
         _falls_table(outcome.falls),
         _table(outcome.quantities),
         _how(outcome),
-        _changes(outcome),
+        "\n".join(lines),
         _trials(outcome),
         _seams(outcome),
     ]
@@ -215,16 +220,6 @@ def _how(outcome: GateResult) -> str:
         "Stable walks and distance count falls; the others compare walks that stayed up and "
         "covered half of the commanded distance."
     )
-
-
-def _changes(outcome: GateResult) -> str:
-    """What differs on purpose, and which trials differ without one."""
-    lines = []
-    if outcome.declared:
-        lines.append(f"- Declared: {', '.join(outcome.declared)} changed since the baseline.")
-    for name, then, now in outcome.surroundings:
-        lines.append(f"- {name.replace('_', ' ')}: {then} -> {now}")
-    return "\n".join(lines)
 
 
 def _trials(outcome: GateResult) -> str:

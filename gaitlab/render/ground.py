@@ -78,7 +78,13 @@ def grown(surface: Surface, patch: Patch, densest: float) -> Lawn:
     roots, width = _roots(surface, patch, densest, generator)
     n = len(roots)
     height = surface.height * generator.uniform(0.82, 1.06, n)
-    lean = _leans(surface, generator, n) * height[:, None]
+    angle, amount = generator.uniform(-np.pi, np.pi, n), generator.uniform(0.05, 0.35, n)
+    nap = np.zeros(2)
+    if isinstance(surface, TuftedPile | FibreMat):
+        direction = surface.nap_direction
+        nap = 2.0 * surface.nap * np.array([np.cos(direction), np.sin(direction)])
+    leans = amount[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + nap
+    lean = leans * height[:, None]
     shade = generator.uniform(0.0, 1.0, n) ** 1.5
     return Lawn(
         surface=surface,
@@ -110,16 +116,6 @@ def _roots(
     return roots[np.argsort(roots[:, 0], kind="stable")], width * thinner**WIDER
 
 
-def _leans(surface: Surface, generator: np.random.Generator, n: int) -> np.ndarray:
-    """Offset of the tips over the height: in all directions, and along the nap."""
-    angle, amount = generator.uniform(-np.pi, np.pi, n), generator.uniform(0.05, 0.35, n)
-    nap = np.zeros(2)
-    if isinstance(surface, TuftedPile | FibreMat):
-        direction = surface.nap_direction
-        nap = 2.0 * surface.nap * np.array([np.cos(direction), np.sin(direction)])
-    return amount[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + nap
-
-
 def ground_triangles(
     lawn: Lawn, patch: Patch, soles: Sequence[SolePose], camera: Camera
 ) -> list[Triangles]:
@@ -134,7 +130,13 @@ def ground_triangles(
         parts.append(_slab(patch, 0.0, 0.002, THATCH, camera))
     if len(lawn.roots):
         spine, colours = blades(lawn, patch, soles)
-        corners = _ribbons(spine, lawn.width, camera).astype(np.float32)
+        side = 0.5 * lawn.width * TIP[:, None] * camera.axes[0]
+        left, right = camera.see(spine - side), camera.see(spine + side)
+        lower = np.stack([left[:, 0], right[:, 0], right[:, 1]], axis=1)
+        upper = np.stack([left[:, 0], right[:, 1], left[:, 1]], axis=1)
+        tip = np.stack([left[:, 1], right[:, 1], left[:, 2]], axis=1)
+        ribbons = np.stack([lower, upper, tip], axis=1).reshape(-1, 3, 3)
+        corners = ribbons.astype(np.float32)
         light = (255.0 * PIECE_LIGHT[:, None] * colours[:, None]).reshape(-1, 3).astype(np.uint8)
         parts.append(Triangles(corners, light, np.zeros(len(corners), np.int32)))
     return parts
@@ -198,13 +200,3 @@ def _pressed(roots: np.ndarray, soles: Sequence[SolePose]) -> tuple[np.ndarray, 
         gap[lower] = height[lower]
         outward[lower] = offset[lower] / np.linalg.norm(offset[lower] + 1e-9, axis=1)[:, None]
     return gap, outward
-
-
-def _ribbons(spine: np.ndarray, width: float, camera: Camera) -> np.ndarray:
-    """Blades that face the camera and end in a tip, on the screen. Shape (3 n, 3, 3)."""
-    side = 0.5 * width * TIP[:, None] * camera.axes[0]
-    left, right = camera.see(spine - side), camera.see(spine + side)
-    lower = np.stack([left[:, 0], right[:, 0], right[:, 1]], axis=1)
-    upper = np.stack([left[:, 0], right[:, 1], left[:, 1]], axis=1)
-    tip = np.stack([left[:, 1], right[:, 1], left[:, 2]], axis=1)
-    return np.stack([lower, upper, tip], axis=1).reshape(-1, 3, 3)

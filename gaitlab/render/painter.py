@@ -117,7 +117,13 @@ class Painter:
         merge(self._ground, self._robot, self._stains, TINT, window)
         picture = Image.fromarray(self._ground.colour)
         if not onto_board:
-            self._draw_over(picture, scene, index, camera, patch)
+            pen = Pen(picture, self._unit)
+            if camera.sideways:
+                draw_support_line(pen, scene, index, camera, -0.5 * patch.thickness)
+            draw_forces(pen, scene, index, camera)
+            if scene.fallen(index):
+                bottom = self._height - (FOOT + 4) * pen.unit
+                pen.frame((3, 3), (self._width - 4, bottom), VERMILLION)
         return picture
 
     def camera(self, target: np.ndarray) -> Camera:
@@ -133,17 +139,6 @@ class Painter:
             distance=view.distance * self._size,
         )
 
-    def _draw_over(
-        self, picture: Image.Image, scene: Scene, index: int, camera: Camera, patch: Patch
-    ) -> None:
-        pen = Pen(picture, self._unit)
-        if camera.sideways:
-            draw_support_line(pen, scene, index, camera, -0.5 * patch.thickness)
-        draw_forces(pen, scene, index, camera)
-        if scene.fallen(index):
-            bottom = self._height - (FOOT + 4) * pen.unit
-            pen.frame((3, 3), (self._width - 4, bottom), VERMILLION)
-
     def _stain(
         self, scene: Scene, index: int, camera: Camera, shadow: np.ndarray, window: Crop
     ) -> None:
@@ -156,7 +151,9 @@ class Painter:
         if len(hull) and self._view.aside is None:
             stain(self._stains, _corners(hull[None], camera), SUPPORT)
             for a, b in zip(hull, np.roll(hull, -1, axis=0), strict=True):
-                edge = _ribbon(a, b, EDGE * scene.size)
+                along = (b - a)[:2] / max(float(np.hypot(*(b - a)[:2])), 1e-9)
+                aside = (EDGE * scene.size) * np.array([-along[1], along[0], 0.0])
+                edge = np.array([a - aside, b - aside, b + aside, a + aside])
                 stain(self._stains, _corners(edge[None], camera), SUPPORT_EDGE)
 
     def _patch(self, scene: Scene, index: int, corners: np.ndarray) -> Patch:
@@ -219,10 +216,3 @@ def _hull(points: np.ndarray) -> np.ndarray:
         return points[ConvexHull(points[:, :2]).vertices]
     except QhullError:  # soles on their edge
         return points[:0]
-
-
-def _ribbon(a: np.ndarray, b: np.ndarray, half: float) -> np.ndarray:
-    """A ribbon on the ground along an edge. Shape (4, 3)."""
-    along = (b - a)[:2] / max(float(np.hypot(*(b - a)[:2])), 1e-9)
-    aside = half * np.array([-along[1], along[0], 0.0])
-    return np.array([a - aside, b - aside, b + aside, a + aside])

@@ -94,7 +94,8 @@ def _direction_block(
     label = escape(variant.label) if len(results.variants) > 1 else ""
     title = ", ".join(part for part in (direction.capitalize(), label) if part)
     body = [_row(results, variant, row) for row in planned]
-    grid = table([_row_title(results), *_column_titles(results)], body, "r")
+    column_titles = [escape(column_text(results, value)) for value in results.column_values]
+    grid = table([_row_title(results), *column_titles], body, "r")
     heading = [f"### {title}"] if title else []
     return [*heading, grid, *_agreement_lines(results, variant, direction)]
 
@@ -103,10 +104,6 @@ def _row_title(results: Results) -> str:
     if reference_of(results) is not None:
         return f"as printed ({escape(path_text(results.rows))})"
     return "" if results.rows == ONE_ROW else escape(path_text(results.rows))
-
-
-def _column_titles(results: Results) -> list[str]:
-    return [escape(column_text(results, value)) for value in results.column_values]
 
 
 def reference_of(results: Results) -> ReferenceTable | None:

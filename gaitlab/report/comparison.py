@@ -181,7 +181,11 @@ def difference(item: Contrast) -> str:
     if item.quantity == "stable":
         middle, low, high = (100.0 * value for value in (item.difference, low, high))
         return f"{_signed(middle, 0)} points [{_signed(low, 0)}, {_signed(high, 0)}]"
-    digits = _digits(item)
+    # Decimals that leave two digits of the interval's width.
+    width = _scaled(item.quantity, item.interval.high - item.interval.low)
+    if not 0.0 < width < inf:
+        width = abs(_scaled(item.quantity, item.difference)) or 1.0
+    digits = max(0, min(9, 1 - int(f"{width:e}".rpartition("e")[2])))
     middle = _scaled(item.quantity, item.difference)
     return f"{_signed(middle, digits)} {_interval(item.quantity, item.interval, digits)}"
 
@@ -208,14 +212,6 @@ def _interval(quantity: str, bounds: Interval, digits: int) -> str:
     if bounds.high - bounds.low == inf:
         return "[too few]"
     return f"[{', '.join(_signed(_scaled(quantity, end), digits) for end in bounds)}]"
-
-
-def _digits(item: Contrast) -> int:
-    """Decimals that leave two digits of the interval's width."""
-    width = _scaled(item.quantity, item.interval.high - item.interval.low)
-    if not 0.0 < width < inf:
-        width = abs(_scaled(item.quantity, item.difference)) or 1.0
-    return max(0, min(9, 1 - int(f"{width:e}".rpartition("e")[2])))
 
 
 def _signed(value: float, digits: int) -> str:

@@ -52,13 +52,15 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
         trials = trials.drop_duplicates(["trial_id", "surface"], ignore_index=True)
     variants, labels = find_variants(trials, paths)
     trials = trials.assign(variant=labels)
+    usual = (next(iter(table.readings)) for table in _references(first))
+    reading = first.report.distance_reading or next(usual, "")
     return Results(
         title=" and ".join(dict.fromkeys(e.report.title or e.title or e.name for e in experiments)),
         question=" ".join(e.description for e in experiments if e.description) or _question(trials),
         rows=rows,
         columns=columns,
         variants=tuple(_compared(experiments, trials, variants)),
-        reading=_reading(first),
+        reading=reading,
         units=_units(experiments),
         metrics=tuple(dict.fromkeys(name for e in experiments for name in e.report.metrics)),
         maps=tuple(dict.fromkeys(pair for e in experiments for pair in e.report.maps)),
@@ -248,12 +250,6 @@ def _references(experiment: Experiment) -> list[ReferenceTable]:
         return []
     first = load_reference(name, folder)
     return [first, *(load_reference(other, folder) for other in first.content.others)]
-
-
-def _reading(experiment: Experiment) -> str:
-    """What the printed rows mean: as the file says, by default the table's first reading."""
-    usual = (next(iter(table.readings)) for table in _references(experiment))
-    return experiment.report.distance_reading or next(usual, "")
 
 
 def _walked_in(experiments: Sequence[Experiment]) -> dict[str, None]:

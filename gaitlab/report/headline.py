@@ -153,11 +153,8 @@ def runs_table(results: Results, compared: Sequence[Comparison] = ()) -> str:
 def _difference_row(results: Results, item: Comparison) -> list[str]:
     cells = [item.columns.get(value) for value in results.column_values]
     label = f"*{escape(item.second)}* less *{escape(item.first)}*"
-    return [label, *(difference(cell) if cell else NOTHING for cell in cells), *[_told(item)]]
-
-
-def _told(item: Comparison) -> str:
-    return f"{difference(item.stable)}: {loud(item.stable)}"
+    told = f"{difference(item.stable)}: {loud(item.stable)}"
+    return [label, *(difference(cell) if cell else NOTHING for cell in cells), told]
 
 
 def _runs_row(results: Results, variant: Variant) -> list[str]:

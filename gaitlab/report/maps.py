@@ -94,7 +94,11 @@ def pair_maps(results: Results, folder: Path) -> str:
         label = "" if columns == "surface" else axis_text(results, columns)
         save(share_map([grid], axis_text(results, rows), label), folder, name)
         alt = f"Stable runs over {path_text(rows)} and {path_text(columns)}"
-        blocks += [image(alt, f"{name}.png"), _caption(results, rows, columns)]
+        others = [path for path in varied_paths(results) if path not in (rows, columns)]
+        pooled = ", ".join(escape(path_text(path)) for path in others)
+        text = "Runs that stayed up, of those scored"
+        caption = f"{text}, whatever their {pooled}." if pooled else f"{text}."
+        blocks += [image(alt, f"{name}.png"), caption]
     return section("Two parameters at a time", *blocks) if blocks else ""
 
 
@@ -105,12 +109,10 @@ def varied_paths(results: Results) -> list[str]:
         for path in dict.fromkeys((results.rows, results.columns, "surface", *results.units))
         if path not in FIXED and path in results.trials and results.trials[path].nunique() > 1
     ]
-    codes = {path: pd.factorize(results.trials[path])[0].tobytes() for path in candidates}
-    return [path for k, path in enumerate(candidates) if codes[path] not in _before(codes, k)]
-
-
-def _before(codes: Mapping[str, bytes], k: int) -> set[bytes]:
-    return set(list(codes.values())[:k])
+    first: dict[bytes, str] = {}
+    for path in candidates:
+        first.setdefault(pd.factorize(results.trials[path])[0].tobytes(), path)
+    return list(first.values())
 
 
 def _chosen(results: Results) -> list[tuple[str, str]]:
@@ -154,10 +156,3 @@ def _counted(trials: pd.DataFrame) -> Square:
     scored = trials[trials["state"].isin(("DONE", "INFEASIBLE"))]
     feasible = not len(scored) or bool((scored["state"] == "DONE").any())
     return Square(count=int(truth(scored["stable"]).sum()), n=len(scored), feasible=feasible)
-
-
-def _caption(results: Results, rows: str, columns: str) -> str:
-    others = [path for path in varied_paths(results) if path not in (rows, columns)]
-    pooled = ", ".join(escape(path_text(path)) for path in others)
-    text = "Runs that stayed up, of those scored"
-    return f"{text}, whatever their {pooled}." if pooled else f"{text}."

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gaitlab.log import TrialLog
 from gaitlab.render import Recorded
 from gaitlab.render.figure_style import save
 from gaitlab.render.stills import still_figure
@@ -114,7 +113,9 @@ def strip_blocks(results: Results, folder: Path) -> list[str]:
     shots = _shots(results)
     if not shots:
         return []
-    times = _walking_times(shots[0].shown.log)
+    log = shots[0].shown.log
+    end = log["time"][-1 if log.fall_index is None else log.fall_index]
+    times = np.linspace(max(end - BEFORE, log["time"][0]), end, FRAMES) - log.header.startup_time
     blocks = []
     for name, shot in zip(("fall", "same_seed"), shots, strict=False):
         figure = still_figure(shot.shown, times)
@@ -150,12 +151,6 @@ def _shot(results: Results, row: pd.Series) -> Shot:
     name = str(row["trial_id"])
     shown = Recorded(name, results.trial(name), results.log(name))
     return Shot(label=str(row["variant"]), seed=int(row["seed"]), shown=shown)
-
-
-def _walking_times(log: TrialLog) -> np.ndarray:
-    """Instants of the frames since start-up, the last one at the fall, in [s]. Shape (frames,)."""
-    end = log["time"][-1 if log.fall_index is None else log.fall_index]
-    return np.linspace(max(end - BEFORE, log["time"][0]), end, FRAMES) - log.header.startup_time
 
 
 def _caption(shots: Sequence[Shot]) -> str:

@@ -21,20 +21,15 @@ def findings(
     scored = results.trials[results.trials["state"].isin(SCORED)]
     first = ""
     if scored["variant"].nunique() < 2:
-        first = _falls(results)
+        runs = results.done
+        falls, standing = int(truth(runs["fell"]).sum()), fell_standing(runs)
+        early = f", in {standing} of them before its first step" if standing else ""
+        first = f"The robot fell in {falls} of {plural(len(runs), 'simulated run')}{early}."
     elif not any(item.runs.n for item in variants):
         first = "The variants have no run in common, so nothing is said of what differs."
     kinds = (variants, grounds)
     said = [text for found in kinds for text in (told_apart(found), not_told_apart(found))]
     return " ".join(text for text in (first, *said) if text)
-
-
-def _falls(results: Results) -> str:
-    """Of a single variant: how often it fell."""
-    runs = results.done
-    falls, standing = int(truth(runs["fell"]).sum()), fell_standing(runs)
-    early = f", in {standing} of them before its first step" if standing else ""
-    return f"The robot fell in {falls} of {plural(len(runs), 'simulated run')}{early}."
 
 
 def told_apart(found: Sequence[Comparison]) -> str:

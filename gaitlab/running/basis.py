@@ -75,16 +75,13 @@ class Past:
         place = _place(wanted)
         for before, ids in self._known:
             if ids.get(place, wanted.trial_id) != wanted.trial_id:
-                return _difference(before, self._now, f"{_SURFACE}{wanted.values['surface']}")
+                surface = f"{_SURFACE}{wanted.values['surface']}"
+                known = {**self._now, _BALANCE: self._now.get(_BALANCE, "")}
+                names = [name for name in known if not name.startswith(_SURFACE) or name == surface]
+                different = [name for name in names if _before(before, name, known) != known[name]]
+                shown = [name.partition(" ")[0] if name == surface else name for name in different]
+                return f"{' and '.join(shown)} changed" if shown else ""
         return ""
-
-
-def _difference(before: Mapping[str, str], now: Mapping[str, str], surface: str) -> str:
-    known = {**now, _BALANCE: now.get(_BALANCE, "")}
-    names = [name for name in known if not name.startswith(_SURFACE) or name == surface]
-    different = [name for name in names if _before(before, name, known) != known[name]]
-    shown = [name.partition(" ")[0] if name == surface else name for name in different]
-    return f"{' and '.join(shown)} changed" if shown else ""
 
 
 def _before(before: Mapping[str, str], name: str, now: Mapping[str, str]) -> str:

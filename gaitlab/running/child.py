@@ -71,7 +71,13 @@ class Child:
         if found is None and not self.alive:
             found = self._received() or self._death()
         elif found is None and time.monotonic() >= self.deadline:
-            found = self._hung()
+            self._process.kill()
+            self._process.join()
+            timeout = self.job.timeout if self.job is not None else 0.0
+            what = (
+                f"done within {timeout:.0f} s" if self._ready else f"started in {START_TIME:.0f} s"
+            )
+            found = f"time-out: not {what}{self._last_words()}"
         if found is not None:
             self.job, self.done = None, self.done + 1
         return found
@@ -83,17 +89,14 @@ class Child:
         self._pipe.close()
         self._output.close()
 
-    def _begin(self) -> None:
-        self._ready, self.start = True, time.monotonic()
-        self.deadline = self.start + (self.job.timeout if self.job is not None else 0.0)
-
     def _received(self) -> TrialRecord | Exception | None:
         try:
             while self._pipe.poll():
                 message: TrialRecord | Exception | str = self._pipe.recv()
                 if not isinstance(message, str):
                     return message
-                self._begin()
+                self._ready, self.start = True, time.monotonic()
+                self.deadline = self.start + (self.job.timeout if self.job is not None else 0.0)
             return None
         except (EOFError, OSError):
             self._process.join(timeout=1.0)  # the pipe closes an instant before the process ends
@@ -105,13 +108,6 @@ class Child:
             return f"out of memory{self._last_words()}"
         how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         return f"worker process ended with {how}{self._last_words()}"
-
-    def _hung(self) -> str:
-        self._process.kill()
-        self._process.join()
-        timeout = self.job.timeout if self.job is not None else 0.0
-        what = f"done within {timeout:.0f} s" if self._ready else f"started in {START_TIME:.0f} s"
-        return f"time-out: not {what}{self._last_words()}"
 
     def _last_words(self) -> str:
         self._output.seek(0)

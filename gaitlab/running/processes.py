@@ -104,21 +104,18 @@ class Processes:
             following = self._next(waiting)
             if following is None:
                 break
-            self._worker(slot).give(*following)
+            if slot == len(self._workers):
+                self._workers.append(Child(self._task, self._memory))
+            elif self._workers[slot].done >= self._max_trials or not self._workers[slot].alive:
+                self._workers[slot].kill()
+                self._workers[slot] = Child(self._task, self._memory)
+            self._workers[slot].give(*following)
         return self.running > 0
 
     def _next(self, waiting: Iterator[tuple[Job, int]]) -> tuple[Job, int] | None:
         if self._draining:
             return None
         return self._again.popleft() if self._again else next(waiting, None)
-
-    def _worker(self, slot: int) -> Child:
-        if slot == len(self._workers):
-            self._workers.append(Child(self._task, self._memory))
-        elif self._workers[slot].done >= self._max_trials or not self._workers[slot].alive:
-            self._workers[slot].kill()
-            self._workers[slot] = Child(self._task, self._memory)
-        return self._workers[slot]
 
     def _ready(self) -> list[Child]:
         busy = [worker for worker in self._workers if worker.job is not None]

@@ -163,7 +163,8 @@ class _Sweep:
         record = outcome.record or settle(self.store, outcome)
         self.store.note(record)
         now = time.monotonic()
-        self.forecast.end(record.trial_id, now, _wall_time(outcome))
+        walked = outcome.record.provenance.get("wall_time") if outcome.record else None
+        self.forecast.end(record.trial_id, now, walked if isinstance(walked, float) else None)
         self.summary = replace(
             _counted(self.summary, record),
             seconds=now - self.start,
@@ -281,12 +282,6 @@ def _counted(summary: Summary, record: TrialRecord) -> Summary:
     if record.state == "INFEASIBLE":
         return replace(summary, infeasible=summary.infeasible + 1)
     return replace(summary, failed=summary.failed + 1, newly_failed=summary.newly_failed + 1)
-
-
-def _wall_time(outcome: Outcome) -> float | None:
-    """Wall time of the trial alone in [s], without the start of its worker; None if unknown."""
-    found = outcome.record.provenance.get("wall_time") if outcome.record else None
-    return found if isinstance(found, float) else None
 
 
 def _ended(started: Started, record: TrialRecord) -> Ended:

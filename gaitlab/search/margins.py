@@ -221,7 +221,11 @@ class Around:
 
     def margins(self) -> tuple[Margins, bool]:
         """What is known after walking what `run` walks, and whether that was stopped."""
-        upright = self._upright()
+        winner = self._row_experiment([tuple(self._values.values())])
+        if missing(winner, self._store.index()):
+            self._run(winner)
+        walks = rerun(WINNER, winner, self._store.index()).walks
+        upright = frozenset((walk.surface, walk.seed) for walk in walks if walk.stable)
         if not upright:
             return Margins(), False
         stopped, complete = False, True
@@ -231,15 +235,13 @@ class Around:
             if not all(step in self._verdicts for step in steps):
                 stopped, complete = not going, False
                 break
-        return self._found(len(upright), complete), stopped
-
-    def _upright(self) -> frozenset[tuple[str, int]]:
-        """Ground and seed of the walks in which the winner itself stays up."""
-        winner = self._row_experiment([tuple(self._values.values())])
-        if missing(winner, self._store.index()):
-            self._run(winner)
-        walks = rerun(WINNER, winner, self._store.index()).walks
-        return frozenset((walk.surface, walk.seed) for walk in walks if walk.stable)
+        found = Margins(
+            numbers=tuple(self._margin(item) for item in self._numbers),
+            switches=tuple(self._switch(item) for item in self._choices),
+            seeds=len(upright),
+            complete=complete,
+        )
+        return found, stopped
 
     def _row_experiment(self, rows: Sequence[Sequence[Value]]) -> Experiment:
         return derived(self._experiment, "margins", tuple(self._values), rows, self._seeds)
@@ -301,14 +303,6 @@ class Around:
             verdict = _verdict([w for w in walks if (w.surface, w.seed) in upright])
             if verdict is not None:
                 self._verdicts[step] = verdict
-
-    def _found(self, seeds: int, complete: bool) -> Margins:
-        return Margins(
-            numbers=tuple(self._margin(item) for item in self._numbers),
-            switches=tuple(self._switch(item) for item in self._choices),
-            seeds=seeds,
-            complete=complete,
-        )
 
     def _margin(self, item: Numbers) -> Margin:
         value, rungs = float(self._values[item.path]), self._rungs(item)

@@ -209,11 +209,7 @@ def aggregated(how: Aggregate, values: Sequence[float], direction: Direction) ->
         return ranked[0]
     if how.kind == "quantile":
         return ranked[max(1, ceil(how.share * n - ROUNDING)) - 1]
-    return _mean_of_worst(ranked, max(how.share * n, 1.0))
-
-
-def _mean_of_worst(ranked: Sequence[float], count: float) -> float:
-    """Mean of the first `count` numbers, which need not be whole."""
+    count = max(how.share * n, 1.0)  # of the worst, which need not be whole
     whole = min(floor(count + ROUNDING), len(ranked))
     part = count - whole
     rest = [part * ranked[whole]] if part > ROUNDING else []

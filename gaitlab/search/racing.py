@@ -15,7 +15,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, sqrt
 
@@ -152,7 +152,7 @@ def _pairs(
 ) -> list[float]:
     """Candidate minus rival of each shared seed, in the direction that is better."""
     sign = 1.0 if objective.direction == "maximize" else -1.0
-    by_place = _by_place(objective, others)
+    by_place = {(o.surface, o.seed): counted(objective, o) for o in others}
     single = len({surface for surface, _ in by_place}) == 1
     by_seed = {seed: value for (_, seed), value in by_place.items()} if single else {}
     pairs = []
@@ -162,10 +162,6 @@ def _pairs(
             value = min(MOST, max(LEAST, counted(objective, outcome)))
             pairs.append(sign * (value - min(MOST, max(LEAST, other))))
     return pairs
-
-
-def _by_place(objective: Objective, outcomes: Sequence[TrialOutcome]) -> Mapping[Place, float]:
-    return {(o.surface, o.seed): counted(objective, o) for o in outcomes}
 
 
 def _worse(pairs: Sequence[float], doubt: float) -> bool:

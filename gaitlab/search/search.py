@@ -204,7 +204,12 @@ class _Search:
         self.runner = TrialRunner(self.store, self.held, self.executor, self.workers, self._walked)
         candidates = self.database.candidates()
         self.begun = len(candidates)
-        self._say_if_rebuilt()
+        earlier = self.store.earlier(self.experiment.listed_as)
+        if self.database.fresh and earlier and earlier[0].trials and not self.shared:
+            self._message(
+                f"{self.database.place} is new, but the store knows this study: the search is "
+                "repeated from the start, and trials that are there are not simulated again"
+            )
         self._finished(candidates)
         with stoppable(self._stop):
             with suppress(OSError):
@@ -242,14 +247,6 @@ class _Search:
                 self._walk(race, batch)
         except Stopped:
             return "stopped"
-
-    def _say_if_rebuilt(self) -> None:
-        earlier = self.store.earlier(self.experiment.listed_as)
-        if self.database.fresh and earlier and earlier[0].trials and not self.shared:
-            self._message(
-                f"{self.database.place} is new, but the store knows this study: the search is "
-                "repeated from the start, and trials that are there are not simulated again"
-            )
 
     def _walk(self, race: Race, batch: Sequence[Pending]) -> None:
         known = self.database.candidates()

@@ -108,23 +108,27 @@ def linear_effects(
         ValueError: If there are fewer points than `fewest_points`, or some lie so that two
             quantities cannot be told apart.
     """
-    x, y = _ordered(_unit(points, box), response)
-    _require_told_apart(x)
+    low, high = (0.0, 1.0) if box is None else np.asarray(box, dtype=float)
+    unit = np.asarray((np.asarray(points, dtype=float) - low) / (high - low))
+    x, y = _ordered(unit, response)
+    n, k = x.shape
+    if n < fewest_points(k):
+        raise ValueError(f"{n} points for {k} quantities; at least {fewest_points(k)} are needed")
+    if np.linalg.matrix_rank(_with_constant(x)) <= k:
+        raise ValueError("two quantities move together in all points, or one never moves")
     effects = [
         LinearEffect(change=change, interval=interval, p_value=p_value)
         for change, interval, p_value in zip(
             *_changes(x, y, confidence), holm(list(_p_values(x, y))), strict=True
         )
     ]
-    explained = _explained(x, y)
+    total = float(y @ y)
+    basis = np.linalg.qr(_with_constant(x))[0]
+    rest = _beside(basis, y[None])[0]
+    explained = 1.0 - float(rest @ rest) / total if total > 0.0 else nan
     freedom = (len(y) - 1) / (len(y) - x.shape[1] - 1)
     adjusted = 1.0 - (1.0 - explained) * freedom
     return LinearEffects(effects=tuple(effects), r_squared=explained, adjusted=adjusted)
-
-
-def _unit(points: np.ndarray, box: np.ndarray | None) -> np.ndarray:
-    low, high = (0.0, 1.0) if box is None else np.asarray(box, dtype=float)
-    return np.asarray((np.asarray(points, dtype=float) - low) / (high - low))
 
 
 def _ordered(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -133,14 +137,6 @@ def _ordered(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     y = np.asarray(y, dtype=float)[order]
     centred = y - y.mean()
     return x[order], np.where(np.abs(centred) > ROUNDING * np.max(np.abs(y)), centred, 0.0)
-
-
-def _require_told_apart(x: np.ndarray) -> None:
-    n, k = x.shape
-    if n < fewest_points(k):
-        raise ValueError(f"{n} points for {k} quantities; at least {fewest_points(k)} are needed")
-    if np.linalg.matrix_rank(_with_constant(x)) <= k:
-        raise ValueError("two quantities move together in all points, or one never moves")
 
 
 def _with_constant(x: np.ndarray) -> np.ndarray:
@@ -189,10 +185,3 @@ def _permutations(n: int) -> np.ndarray:
 def _beside(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """What the basis leaves of each row. Shape (m, n)."""
     return rows - (rows @ basis) @ basis.T
-
-
-def _explained(x: np.ndarray, y: np.ndarray) -> float:
-    total = float(y @ y)
-    basis = np.linalg.qr(_with_constant(x))[0]
-    rest = _beside(basis, y[None])[0]
-    return 1.0 - float(rest @ rest) / total if total > 0.0 else nan

@@ -89,12 +89,8 @@ def table_of(variant: Variant) -> ReferenceTable | None:
     """
     if variant.compare is not None:
         return variant.compare
-    return next((t for t in eros_tables() if _varied(t) <= variant.values.keys()
+    return next((t for t in eros_tables() if set(t.content.variant or {}) <= variant.values.keys()
                  and t.answers(variant.values)), None)  # fmt: skip
-
-
-def _varied(table: ReferenceTable) -> set[str]:
-    return set(table.content.variant or {})
 
 
 def forward_only(answer: Answer) -> Answer:

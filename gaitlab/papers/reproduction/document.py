@@ -149,7 +149,8 @@ def load_reproduction(
         collected(problems, partial(build, _Parts, parts, skip=()))
     members = _members(problems, parts.mapping.get("members"), over)
     nodes = _items(problems, parts.mapping.get("sections"), "sections")
-    known = _known(members)
+    found = tuple(member.name for member in members if member is not None)
+    known = found if len(found) == len(members) else None
     sections = [collected(problems, partial(_section, node, known)) for node in nodes]
     if file is not None:
         problems += _wrong_name(root, file.name or path.stem)
@@ -213,12 +214,6 @@ def _placed(node: Node, read: Callable[[], T]) -> T:
         raise FileError(
             [p if p.line else node.problem(f"{p.file}: {p.message}") for p in error.problems]
         ) from error
-
-
-def _known(members: Sequence[Experiment | None]) -> tuple[str, ...] | None:
-    """Names of the members; None if one of them is wrong and its name therefore unknown."""
-    found = tuple(member.name for member in members if member is not None)
-    return found if len(found) == len(members) else None
 
 
 def _section(node: Node, known: tuple[str, ...] | None) -> Section:

@@ -119,31 +119,23 @@ def _efficiency_line(before: Answer, after: Answer, cells: Sequence[Judged]) -> 
     )
     chosen = sum(cell.calibrated for cell in cells)
     basis = f", with constants chosen on {chosen} of the {len(cells)} cells" if chosen else ""
+    least, most = min(c.ours.n for c in cells), max(c.ours.n for c in cells)
+    seeds = str(most) if least == most else f"{least} to {most}"
+    n, printed = len(judged(before, {})), len(before.table.cells)
+    part_of = "" if n == printed else f" over {n} of the {printed} printed cells"
     return (
         f"**Efficiency**: {percent(found.without)} {interval(found.without_interval)} → "
         f"{percent(found.with_)} {interval(found.with_interval)}, a gain of "
-        f"**{found.gain:+.0f} points** {interval(found.gain_interval)}{_part_of(before)}{basis}; "
-        f"its interval, of the seeds alone ({_seeds(cells)} a cell), {zero_words(found)}. "
+        f"**{found.gain:+.0f} points** {interval(found.gain_interval)}{part_of}{basis}; "
+        f"its interval, of the seeds alone ({seeds} a cell), {zero_words(found)}. "
         f"The paper's gain: {paper}."
     )
-
-
-def _seeds(cells: Sequence[Judged]) -> str:
-    """Scored seeds of the cells, the fewest to the most."""
-    least, most = min(c.ours.n for c in cells), max(c.ours.n for c in cells)
-    return str(most) if least == most else f"{least} to {most}"
 
 
 def zero_words(found: Simulated) -> str:
     """Whether the gain can be told from none."""
     low, high = found.gain_interval
     return "holds zero" if low <= 0.0 <= high else "excludes zero"
-
-
-def _part_of(answer: Answer) -> str:
-    """How many of the printed cells are here, if not all."""
-    n, printed = len(judged(answer, {})), len(answer.table.cells)
-    return "" if n == printed else f" over {n} of the {printed} printed cells"
 
 
 def order_sentence(answer: Answer, cells: Sequence[Judged]) -> str:

@@ -216,10 +216,12 @@ def _provenance(reproduction: Reproduction, context: Context) -> str:
     )
     first = next(name for name in context.experiments if name in context.results)
     constants = command("report", [context.experiments[first]], context.store.path)
+    head = ["member", "file SHA-256", "digest of all it resolves to", "trials", "done", "seeds"]
+    rows = [_member_row(member, context) for member in context.experiments.values()]
     return section(
         "Provenance",
         facts_table(_facts(reproduction, context.results)),
-        _members(context),
+        table(head, rows, "lllrrl"),
         f"This page again:\n\n{fenced(commands, 'sh')}",
         f"Constants, grounds and their sources: {code(constants)}; other members change what their "
         "files say.",
@@ -238,13 +240,6 @@ def _facts(reproduction: Reproduction, results: Mapping[str, Results]) -> dict[s
         "physics version": str(PHYSICS_VERSION),
         **{name.replace("_", " "): value for name, value in common_values(every).items()},
     }
-
-
-def _members(context: Context) -> str:
-    """Every member with what it resolves to, what was done of it and its seeds."""
-    head = ["member", "file SHA-256", "digest of all it resolves to", "trials", "done", "seeds"]
-    rows = [_member_row(member, context) for member in context.experiments.values()]
-    return table(head, rows, "lllrrl")
 
 
 def _member_row(member: Experiment, context: Context) -> list[str]:

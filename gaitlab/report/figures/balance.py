@@ -75,7 +75,10 @@ def balance_figure(columns: Sequence[WalkPanel]) -> Figure:
             squeeze=False,
             height_ratios=HEIGHTS,
         )
-        window = _window(columns)
+        # First and last instant shown, in [s].
+        ends = [float(walking_time(log)[_last(log)]) for c in columns for log in c.logs]
+        begin, end = min(0.0, *ends) - BEFORE, max(ends)  # some fall before they walk
+        window = max(begin, end - LONGEST_SHOWN), end + 0.02 * min(abs(end), LONGEST_SHOWN) + 0.02
         for axis, column in zip(axes.T, columns, strict=True):
             _draw(axis, column, window)
             axis[0].set_title(wrapped(column.walk.title, width=84 // len(columns)))
@@ -84,13 +87,6 @@ def balance_figure(columns: Sequence[WalkPanel]) -> Figure:
         _finish(axes, columns, window)
         figure.legend(handles=_keys(), loc="outside lower center", ncols=4, fontsize=7.5)
     return figure
-
-
-def _window(columns: Sequence[WalkPanel]) -> tuple[float, float]:
-    """First and last instant shown, in [s]."""
-    ends = [float(walking_time(log)[_last(log)]) for c in columns for log in c.logs]
-    begin, end = min(0.0, *ends) - BEFORE, max(ends)  # some fall before they walk
-    return max(begin, end - LONGEST_SHOWN), end + 0.02 * min(abs(end), LONGEST_SHOWN) + 0.02
 
 
 def _last(log: TrialLog) -> int:
@@ -196,18 +192,14 @@ def _draw_contacts(axis: Axes, log: TrialLog) -> None:
 
 def _finish(axes: np.ndarray, columns: Sequence[WalkPanel], window: tuple[float, float]) -> None:
     for row, name in enumerate(("pitch", "roll")):
-        limit = _limit(columns, name)
+        largest = max(np.abs(log[name][: _last(log) + 1]).max() for c in columns for log in c.logs)
+        limit = float(np.clip(1.15 * np.degrees(largest), SMALLEST_SHOWN, LARGEST_SHOWN))
         axes[row, 0].set_ylim(-limit, limit)
     axes[0, 0].set_xlim(*window)
     labels = ("pitch [°]", "roll [°]", *(f"ZMP\n{name} [m]" for name in AXES), "loaded")
     for axis, label in zip(axes[:, 0], labels, strict=True):
         axis.set_ylabel(label)
     axes[0, 0].get_figure().align_ylabels(axes[:, 0])
-
-
-def _limit(columns: Sequence[WalkPanel], name: str) -> float:
-    largest = max(np.abs(log[name][: _last(log) + 1]).max() for c in columns for log in c.logs)
-    return float(np.clip(1.15 * np.degrees(largest), SMALLEST_SHOWN, LARGEST_SHOWN))
 
 
 def _keys() -> list[Line2D | Patch]:

@@ -93,7 +93,13 @@ def joint_figure(walk: RepresentativeTrial) -> Figure | None:
         figure.align_ylabels(axes[:, 0])
         axes[0, 0].set_xlim(time[0], time[-1] + 1e-9 + 0.01 * (time[-1] - time[0]))
         axes[2, len(loads) // 2].set_xlabel("time since walking at full amplitude [s]")
-        figure.legend(handles=_keys(), loc="outside lower center", ncols=4, fontsize=7.5)
+        keys = [
+            Line2D([], [], color=BLUE, label="joint"),
+            Line2D([], [], color=ORANGE, linestyle=(0, (3, 1.5)), label="target of the servo"),
+            Line2D([], [], color=VERMILLION, linestyle=(0, (6, 2)), label="limit"),
+            Patch(facecolor=SATURATED, edgecolor=INK, linewidth=0.3, label="torque at its limit"),
+        ]
+        figure.legend(handles=keys, loc="outside lower center", ncols=4, fontsize=7.5)
     return figure
 
 
@@ -136,12 +142,3 @@ def _limits(axis: Axes, values: np.ndarray, limits: tuple[float, float]) -> None
         axis.annotate(
             text, (0.98, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=7.0
         )
-
-
-def _keys() -> list[Line2D | Patch]:
-    return [
-        Line2D([], [], color=BLUE, label="joint"),
-        Line2D([], [], color=ORANGE, linestyle=(0, (3, 1.5)), label="target of the servo"),
-        Line2D([], [], color=VERMILLION, linestyle=(0, (6, 2)), label="limit"),
-        Patch(facecolor=SATURATED, edgecolor=INK, linewidth=0.3, label="torque at its limit"),
-    ]

@@ -48,16 +48,21 @@ def html_page(markdown: str, folder: Path) -> str:
     renderer = _Page(folder, titles)
     body = renderer.render(_arranged(tokens, titles), made.options, {})
     style, script = _resource("page.css"), _resource("page.js")
+    # Nothing is fetched, and no script runs but the page's own.
+    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    allowed = f"style-src 'unsafe-inline'; img-src data:; script-src 'sha256-{digest}'"
+    policy = f"default-src 'none'; {allowed}"
+    title = next((heading.text for heading in titles.values()), "gaitlab")
     return "\n".join(
         [
             "<!DOCTYPE html>",
             '<html lang="en">',
             "<head>",
             '<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{_policy(script)}">',
+            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             '<meta name="generator" content="gaitlab">',
-            f"<title>{escape(_title(titles))}</title>",
+            f"<title>{escape(title)}</title>",
             f"<style>\n{style}</style>",
             "</head>",
             "<body>",
@@ -73,17 +78,6 @@ def html_page(markdown: str, folder: Path) -> str:
 
 def _resource(name: str) -> str:
     return resources.files("gaitlab.report.forms").joinpath(name).read_text(encoding="utf-8")
-
-
-def _policy(script: str) -> str:
-    """Nothing is fetched, and no script runs but the page's own."""
-    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    allowed = f"style-src 'unsafe-inline'; img-src data:; script-src 'sha256-{digest}'"
-    return f"default-src 'none'; {allowed}"
-
-
-def _title(titles: Mapping[int, Heading]) -> str:
-    return next((heading.text for heading in titles.values()), "gaitlab")
 
 
 def _contents(titles: Sequence[Heading]) -> str:
@@ -168,14 +162,9 @@ class _Page(RendererHTML):
     def html_block(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
     ) -> str:
-        return _only_known_tags(tokens[idx].content)
+        text = _NOTE.sub("", tokens[idx].content)
+        tags = [*_TAG.findall(text), ""]
+        between = [part.replace("<", "&lt;").replace(">", "&gt;") for part in _TAG.split(text)]
+        return "".join(part + tag for part, tag in zip(between, tags, strict=True))
 
     html_inline = html_block
-
-
-def _only_known_tags(text: str) -> str:
-    """The mark-up of a page's own; of everything else the angle brackets are shown as they are."""
-    text = _NOTE.sub("", text)
-    tags = [*_TAG.findall(text), ""]
-    between = [part.replace("<", "&lt;").replace(">", "&gt;") for part in _TAG.split(text)]
-    return "".join(part + tag for part, tag in zip(between, tags, strict=True))

@@ -28,13 +28,10 @@ def figure(file: str, alt: str, folder: Path, number: int) -> str:
     if inside and drawing.is_file():
         return f'<figure class="drawing">{inlined(drawing, alt, f"f{number}-")}</figure>'
     if inside and path.is_file() and path.suffix.lower() in PICTURES:
-        return f'<figure><img src="{_data(path)}" alt="{escape(alt)}"></figure>'
+        content = base64.b64encode(path.read_bytes()).decode()
+        data = f"data:{PICTURES[path.suffix.lower()]};base64,{content}"
+        return f'<figure><img src="{data}" alt="{escape(alt)}"></figure>'
     return f'<figure class="absent"><figcaption>{escape(alt)}</figcaption></figure>'
-
-
-def _data(path: Path) -> str:
-    content = base64.b64encode(path.read_bytes()).decode()
-    return f"data:{PICTURES[path.suffix.lower()]};base64,{content}"
 
 
 def inlined(drawing: Path, alt: str, prefix: str) -> str:

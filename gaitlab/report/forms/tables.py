@@ -108,7 +108,11 @@ def _forms(name: str, found: PageTable, origin: Origin) -> Iterator[tuple[str, s
     notes = [caption, rf"Needs \usepackage{{{PACKAGES}}}.", *origin.facts]
     again = ["Made again by:", *(f"    {line}" for line in origin.commands)]
     yield f"{name}.tex", latex_table(found, caption, name, [*notes, *again])
-    yield f"{name}.csv", _csv([found.header, *found.rows])
+    lines = io.StringIO()
+    csv.writer(lines, lineterminator="\n").writerows(
+        [csv_cell(plain(item)) for item in row] for row in (found.header, *found.rows)
+    )
+    yield f"{name}.csv", lines.getvalue()
 
 
 def _caption(found: PageTable, origin: Origin) -> str:
@@ -125,14 +129,6 @@ def _what(found: PageTable) -> str:
     if found.heading.level > 1:
         return found.heading.text
     return found.legend or plain(found.header[0])
-
-
-def _csv(rows: Sequence[Sequence[Token]]) -> str:
-    lines = io.StringIO()
-    csv.writer(lines, lineterminator="\n").writerows(
-        [csv_cell(plain(item)) for item in row] for row in rows
-    )
-    return lines.getvalue()
 
 
 def _readme(named: dict[str, PageTable], tidy: dict[str, str], origin: Origin) -> str:

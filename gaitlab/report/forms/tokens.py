@@ -160,7 +160,8 @@ def _rows(tokens: Iterable[Token]) -> Iterator[list[tuple[Token, str]]]:
     letter = "l"
     for token in tokens:
         if token.type in ("th_open", "td_open"):
-            letter = _letter(token)
+            side = str(token.attrs.get("style", "text-align:left")).rpartition(":")[2]
+            letter = {"center": "c", "right": "r"}.get(side, "l")
         elif token.type == "inline":
             row.append((token, letter))
         elif token.type == "tr_close":
@@ -168,8 +169,3 @@ def _rows(tokens: Iterable[Token]) -> Iterator[list[tuple[Token, str]]]:
             row = []
         elif token.type == "table_close":
             return
-
-
-def _letter(token: Token) -> str:
-    side = str(token.attrs.get("style", "text-align:left")).rpartition(":")[2]
-    return {"center": "c", "right": "r"}.get(side, "l")

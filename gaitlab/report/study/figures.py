@@ -78,7 +78,11 @@ def history(findings: Findings) -> Figure:
         figure = new_figure(height=0.9 + 2.3 * len(objectives))
         axes = figure.subplots(len(objectives), 1, sharex=True, squeeze=False).ravel()
         for place, axis in enumerate(axes):
-            _batches(axis, findings.candidates)
+            borders = [
+                b.number - 0.5 for a, b in pairwise(findings.candidates) if a.batch != b.batch
+            ]
+            for border in borders if len(borders) <= MANY_BATCHES else ():
+                axis.axvline(border, color=FAINT, linewidth=0.5, zorder=0)
             _points(axis, findings, place)
             _best_so_far(axis, findings, place)
             axis.set_ylabel(
@@ -88,12 +92,6 @@ def history(findings: Findings) -> Figure:
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper left", ncols=3, fontsize=8.0)
     return figure
-
-
-def _batches(axis: Axes, candidates: Sequence[Candidate]) -> None:
-    borders = [b.number - 0.5 for a, b in pairwise(candidates) if a.batch != b.batch]
-    for border in borders if len(borders) <= MANY_BATCHES else ():
-        axis.axvline(border, color=FAINT, linewidth=0.5, zorder=0)
 
 
 def _points(axis: Axes, findings: Findings, place: int) -> None:

@@ -17,7 +17,7 @@ from gaitlab.report.provenance import common_values, seeds_text
 from gaitlab.report.sources import PROVENANCE
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.page import write_pages_together, write_study_page
-from gaitlab.search import Candidate, History
+from gaitlab.search import History
 from gaitlab.search.database import command_line, history
 from gaitlab.search.fresh import (
     DEFAULT,
@@ -174,12 +174,8 @@ def _facts(past: History, index: Index) -> dict[str, str]:
 def _records(past: History, index: Index) -> Iterator[dict[str, object]]:
     """Provenance of the trials of the search, without what differs from run to run."""
     for candidate in past.candidates:
-        yield from _records_of(candidate, index)
-
-
-def _records_of(candidate: Candidate, index: Index) -> Iterator[dict[str, object]]:
-    for trial_id in candidate.trial_ids:
-        entry = index.entries.get(trial_id)
-        if entry is not None:
-            known = entry.details.provenance
-            yield {name: known[name] for name in PROVENANCE if name in known}
+        for trial_id in candidate.trial_ids:
+            entry = index.entries.get(trial_id)
+            if entry is not None:
+                known = entry.details.provenance
+                yield {name: known[name] for name in PROVENANCE if name in known}

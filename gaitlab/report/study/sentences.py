@@ -31,7 +31,10 @@ def sentences(findings: Findings) -> str:
     if winner is None or not winner.on(findings.grounds):
         said = ["The winner has not been walked on fresh seeds yet, so its numbers are optimistic."]
     else:
-        said = [_kept(findings, winner), _compared(findings, winner), _elsewhere(findings, winner)]
+        up, n = stable_of(winner.on(findings.grounds))
+        stays = share(up, n, wilson(up, n))
+        kept = escape(f"On fresh seeds the winner stays up in {stays} of the walks.")
+        said = [kept, _compared(findings, winner), _elsewhere(findings, winner)]
     return " ".join(part for part in (*said, _margins(findings), _edges(findings)) if part)
 
 
@@ -50,13 +53,6 @@ def asked(findings: Findings) -> str:
             f"{findings.chosen.number}, its middle, is called the winner here."
         )
     return escape(text)
-
-
-def _kept(findings: Findings, winner: Rerun) -> str:
-    """How often the winner stays up on fresh seeds."""
-    up, n = stable_of(winner.on(findings.grounds))
-    stays = share(up, n, wilson(up, n))
-    return escape(f"On fresh seeds the winner stays up in {stays} of the walks.")
 
 
 def _compared(findings: Findings, winner: Rerun) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from gaitlab.experiment import Value
-from gaitlab.experiment.study import Choices, Numbers, Objective
+from gaitlab.experiment.study import Choices, Numbers
 from gaitlab.report.markdown import code, escape, table
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import constraint_value, gain, score, stable_of
@@ -83,7 +83,8 @@ def fresh_table(findings: Findings) -> str:
     objectives = findings.study.objectives
     head = ["", "seeds"]
     for objective in objectives:
-        head.append(escape(objective_text(objective, len(findings.grounds)) + _unit(objective)))
+        text = objective_text(objective, len(findings.grounds))
+        head.append(escape(with_unit(text, metric_unit(objective.metric))))
         head.append("lead of the winner [95 %]")
     rows = []
     if findings.chosen is not None:
@@ -97,11 +98,6 @@ def fresh_table(findings: Findings) -> str:
             stable = share(up, n, wilson(up, n))
             rows.append([f"{rerun.label} on fresh seeds", seeds, *cells, stable])
     return table([*head, "stable"], rows, "lr")
-
-
-def _unit(objective: Objective) -> str:
-    unit = metric_unit(objective.metric)
-    return f" [{unit}]" if unit else ""
 
 
 def _scores(findings: Findings, rerun: Rerun) -> Iterator[tuple[str, str]]:

@@ -24,7 +24,6 @@ from gaitlab.report.falls import numbers
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.results import Results
 from gaitlab.report.scores import truth
-from gaitlab.report.variants import Variant
 from gaitlab.report.words import NOTHING, share
 from gaitlab.statistics import wilson
 
@@ -113,16 +112,11 @@ def _rows(results: Results, cycles: float, words: Mapping[str, object]) -> Itera
                 trials = _of(results.of(variant), setting[False], step)
                 if len(trials[trials["state"] == "DONE"]):
                     label = escape(str(words.get(variant.label, variant.label)))
-                    answered = _optimised(variant)
+                    found = table_of(variant)
+                    answered = None if found is None else found is eros_tables()[1]
                     printed = None if answered is None else setting[answered]
                     head = [f"{setting[False].figure}, {_setting(setting[False])}", READ[reading]]
                     yield [*head, label, *_cells(trials, printed, 2.0 * cycles * step)]
-
-
-def _optimised(variant: Variant) -> bool | None:
-    """With both halves of the optimisation, with neither, or None for one alone."""
-    found = table_of(variant)
-    return None if found is None else found is eros_tables()[1]
 
 
 def _of(trials: pd.DataFrame, setting: Published, step: float) -> pd.DataFrame:

@@ -273,7 +273,9 @@ def effect_dots(
         axes[0].set_yticks(range(len(quantities)), quantities, fontsize=8.0)
         axes[0].set_ylim(len(quantities) - 0.5, -0.5)
         figure.supxlabel(unit, fontsize=9.0)
-        figure.legend(handles=_keys(), loc="outside upper right", ncols=2, fontsize=8.0)
+        texts = ((True, "told from chance (p < 0.05, corrected)"), (False, "not told from chance"))
+        keys = [_dot(0.0, 0.0, told, text) for told, text in texts]
+        figure.legend(handles=keys, loc="outside upper right", ncols=2, fontsize=8.0)
     return figure
 
 
@@ -294,8 +296,3 @@ def _dot(across: float, down: float, told: bool, label: str = "") -> Line2D:
         [across], [down], linestyle="none", label=label, zorder=3, marker="o", markersize=6.0,
         color=INK, markerfacecolor=INK if told else PAPER,
     )  # fmt: skip
-
-
-def _keys() -> list[Line2D]:
-    texts = ((True, "told from chance (p < 0.05, corrected)"), (False, "not told from chance"))
-    return [_dot(0.0, 0.0, told, text) for told, text in texts]

@@ -111,7 +111,7 @@ def _name(answer: Answer, found: Sequence[Answer]) -> str:
 
 
 def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) -> str:
-    grounds = _grounds(cells)
+    grounds = list(dict.fromkeys(cell.place.surface for cell in cells))
     rows = list(dict.fromkeys(cell.place.printed for cell in cells))
     rows.sort(key=lambda row: row < 0.0)
     at = {cell.place: cell for cell in cells}
@@ -141,10 +141,6 @@ def _metres(answer: Answer, printed: float) -> float:
 def _pedestal(answer: Answer, ground: str) -> str:
     number = list(answer.table.stated).index(ground) + 1
     return f"{number}: {escape(surface_text(ground))}"
-
-
-def _grounds(cells: Sequence[Judged]) -> list[str]:
-    return list(dict.fromkeys(cell.place.surface for cell in cells))
 
 
 def _cell(cell: Judged) -> str:
