@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitlab.experiment import Experiment, load_experiment
-from gaitlab.running import Silent, Started, dispatch
+from gaitlab.running import Progress, Started, dispatch
 from gaitlab.store import Store, TrialRecord
 from tests import recorded
 
@@ -81,7 +81,7 @@ def pretend_falling(trial_id: str, trial: Mapping[str, Any], store: Path) -> Tri
     return record
 
 
-class Speaking(Silent):
+class Speaking(Progress):
     """Tells another process how a run goes; a signal may come at any instant, so not by `print`."""
 
     def started(self, trial: Started) -> None:

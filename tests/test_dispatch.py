@@ -13,7 +13,7 @@ import pytest
 
 from gaitlab.errors import StoreError
 from gaitlab.experiment.plan import plan
-from gaitlab.running import Ended, Silent, Summary, dispatch, outlook
+from gaitlab.running import Ended, Progress, Summary, dispatch, outlook
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_falling, pretend_well
 
@@ -49,7 +49,7 @@ def test_a_run_does_everything_once_and_then_nothing(store: Store) -> None:
     assert contents(store) == before
 
 
-class Told(Silent):
+class Told(Progress):
     """Keeps the messages, each with the trials that had ended before it."""
 
     def __init__(self) -> None:
@@ -136,7 +136,7 @@ def test_a_held_store_runs_nothing(store: Store) -> None:
     assert store.states() == {}
 
 
-class Replacing(Silent):
+class Replacing(Progress):
     """Puts another store into the place of the one that is running, after a few trials."""
 
     def __init__(self, store: Store, away: Path, after: int) -> None:
@@ -179,7 +179,7 @@ def test_trials_are_discarded_only_from_the_store_that_is_held(
 def test_progress_counts_up_to_the_plan(store: Store) -> None:
     seen: list[Summary] = []
 
-    class Watching(Silent):
+    class Watching(Progress):
         def update(self, summary: Summary) -> None:
             seen.append(summary)
 

@@ -132,7 +132,7 @@ def test_memory_that_a_trial_eats_costs_that_trial_alone(tmp_path: Path) -> None
 
 
 def test_a_worker_that_does_not_start_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.running.child.START_TIME", 0.0)
+    monkeypatch.setattr("gaitlab.running.processes.START_TIME", 0.0)
     found = list(Processes(behave, 1).run(jobs("work")))
     assert found[0].reason.startswith("time-out: not started in 0 s")
 

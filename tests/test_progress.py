@@ -16,8 +16,8 @@ import pytest
 from rich.console import Console
 
 from gaitlab.cli import run_command_line
-from gaitlab.cli.progress import COUNTS, Bar, Lines, Messages, progress, told
-from gaitlab.running import Ended, Silent, Started, Summary, dispatch
+from gaitlab.cli.progress import COUNTS, Bar, Lines, Messages, progress, trial_text
+from gaitlab.running import Ended, Progress, Started, Summary, dispatch
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_well
 
@@ -54,8 +54,8 @@ def drawn(width: int, **settings: object) -> list[str]:
 
 
 def test_a_trial_is_told_by_its_ground_its_values_and_its_seed() -> None:
-    assert told(TRIAL) == "grass_50mm, step_length 0.04, seed 3"
-    assert told(Started(trial_id="", cell={}, seed=0)) == "seed 0"
+    assert trial_text(TRIAL) == "grass_50mm, step_length 0.04, seed 3"
+    assert trial_text(Started(trial_id="", cell={}, seed=0)) == "seed 0"
 
 
 def test_the_bar_shows_counts_rate_time_left_and_what_runs() -> None:
@@ -113,7 +113,7 @@ def test_started_and_ended_come_in_pairs_and_no_more_run_than_there_are_workers(
     monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
     events: list[Started] = []
 
-    class Watching(Silent):
+    class Watching(Progress):
         def started(self, trial: Started) -> None:
             events.append(trial)
 

@@ -24,8 +24,8 @@ SHOWN_REASONS = 5
 MOST_JOBS = 1000  # processes; a slip of the finger beyond
 
 
-def told_of(quiet: bool, json_lines: bool) -> Progress:
-    """Who is told of what happens meanwhile."""
+def progress_of(quiet: bool, json_lines: bool) -> Progress:
+    """What is called while trials run."""
     from gaitlab.cli.progress import JsonLines, progress
 
     return JsonLines() if json_lines else progress(quiet=quiet)

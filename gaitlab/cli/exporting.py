@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.addressing import ADDRESS, trial_at, trial_of
 from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, say, size, tell
+from gaitlab.cli.trial_lookup import ADDRESS, trial_at, trial_of
 
 if TYPE_CHECKING:
     from gaitlab.render.export import Format

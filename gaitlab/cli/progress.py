@@ -20,7 +20,7 @@ from rich.text import Text
 
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.documents.printable import visible
-from gaitlab.running import Ended, Progress, Silent, Started, Summary
+from gaitlab.running import Ended, Progress, Started, Summary
 
 WIDEST = 100  # characters; a longer bar says nothing more
 FRAMES_A_SECOND = 4
@@ -28,10 +28,10 @@ SHOWN_RUNNING = 8  # trials that are named while they run
 
 
 def progress(*, quiet: bool = False) -> Progress:
-    """Who is told while trials run.
+    """What is called while trials run.
 
     Args:
-        quiet: Tell only what a user has to know now.
+        quiet: Say only what a user has to know now.
     """
     if quiet:
         return Messages()
@@ -39,7 +39,7 @@ def progress(*, quiet: bool = False) -> Progress:
     return Bar(console) if console else Lines()
 
 
-class Messages(Silent):
+class Messages(Progress):
     """Nothing but messages."""
 
     def message(self, text: str) -> None:
@@ -74,7 +74,7 @@ class Lines(Messages):
             tell(_line(summary))
 
 
-class Bar(Silent):
+class Bar(Progress):
     """A bar with the time left, the counts below it, and what runs now below them.
 
     Args:
@@ -82,7 +82,7 @@ class Bar(Silent):
     """
 
     def __init__(self, console: Console) -> None:
-        self._console, self._summary, self._told = console, Summary(), time.monotonic()
+        self._console, self._summary, self._updated = console, Summary(), time.monotonic()
         self._running: dict[str, str] = {}
         self._messages: list[str] = []
         self._live = Live(
@@ -96,7 +96,7 @@ class Bar(Silent):
 
     def started(self, trial: Started) -> None:
         """One more trial runs."""
-        self._running = {**self._running, trial.trial_id: told(trial)}
+        self._running = {**self._running, trial.trial_id: trial_text(trial)}
 
     def ended(self, trial: Ended) -> None:
         """One less."""
@@ -105,7 +105,7 @@ class Bar(Silent):
 
     def update(self, summary: Summary) -> None:
         """Move the bar."""
-        self._summary, self._told = summary, time.monotonic()
+        self._summary, self._updated = summary, time.monotonic()
 
     def message(self, text: str) -> None:
         """Keep it below the bar; a signal may come while the bar is being drawn."""
@@ -130,12 +130,12 @@ class Bar(Silent):
         table.add_column(no_wrap=True)
         table.add_column(no_wrap=True)
         bar = ProgressBar(total=max(1, _due(summary)), completed=ended(summary))
-        remaining = _remaining(summary, time.monotonic() - self._told)
+        remaining = _remaining(summary, time.monotonic() - self._updated)
         table.add_row(bar, f"{ended(summary)}/{_due(summary)}", remaining)
         return table
 
 
-def told(trial: Started) -> str:
+def trial_text(trial: Started) -> str:
     """A trial by the varied values of its cell, `carpet_4mm, step_length 0.04, seed 3`."""
     words = [str(value) for value in trial.cell.values() if isinstance(value, str)]
     numbers = [
@@ -202,7 +202,7 @@ def end_line(summary: Summary) -> str:
     return json.dumps({"event": "end", **summary_object(summary)})
 
 
-class JsonLines(Silent):
+class JsonLines(Progress):
     """Writes an event a line, each at once and whole.
 
     Args:

@@ -10,10 +10,10 @@ from gaitlab.cli.common import (
     INTERRUPTED,
     SOME_FAILED,
     plan_object,
+    progress_of,
     refuse_large,
     summary_text,
     tell_reasons,
-    told_of,
 )
 from gaitlab.cli.printing import columns, duration, other_output_on_stderr, plural, say, size, tell
 from gaitlab.cli.progress import end_line, summary_object
@@ -28,7 +28,7 @@ COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class RunOptions:
     """Options of the command.
 
     Attributes:
@@ -50,25 +50,25 @@ class Asked:
     again: str
 
 
-def run_members(whole: Reproduction, store: Store, asked: Asked, *, dry_run: bool) -> int:
+def run_members(whole: Reproduction, store: Store, options: RunOptions, *, dry_run: bool) -> int:
     """Run every experiment of a reproduction, or say what would run.
 
     Raises:
         UsageError: If all of them together take more than a day and nobody said yes.
         StoreError: If the store cannot be used.
     """
-    costs = [cost(planned, planned.size, asked.workers) for planned in map(plan, whole.members)]
-    refuse_large(_sum(costs), asked.yes)
+    costs = [cost(planned, planned.size, options.workers) for planned in map(plan, whole.members)]
+    refuse_large(_sum(costs), options.yes)
     if dry_run:
-        say(_plans(whole.members, store, asked))
+        say(_plans(whole.members, store, options))
         return 0
     try:
-        done = _run_in_turn(whole.members, store, asked)
+        done = _run_in_turn(whole.members, store, options)
     except KeyboardInterrupt:
-        tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {asked.again}")
+        tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {options.again}")
         return INTERRUPTED
     found = total(done.values())
-    say(_outcome(done, found, asked))
+    say(_outcome(done, found, options))
     return INTERRUPTED if found.interrupted else SOME_FAILED if found.failed else 0
 
 
@@ -93,49 +93,59 @@ def _sum(costs: Sequence[Cost]) -> Cost:
     )
 
 
-def _run_in_turn(members: Sequence[Experiment], store: Store, asked: Asked) -> dict[str, Summary]:
+def _run_in_turn(
+    members: Sequence[Experiment], store: Store, options: RunOptions
+) -> dict[str, Summary]:
     """What was done of each member; after a Ctrl-C nothing of those that come later."""
     done: dict[str, Summary] = {}
     for number, member in enumerate(members, start=1):
         if any(summary.interrupted for summary in done.values()):
             done[member.name] = Summary(planned=plan(member).size)
             continue
-        if asked.json_lines:
+        if options.json_lines:
             say(json.dumps({"event": "member", "experiment": member.name, "number": number}))
-        elif not asked.quiet:
+        elif not options.quiet:
             tell(f"{member.name} ({number} of {len(members)})")
-        told = told_of(asked.quiet, asked.json_lines)  # before stdout is kept from others
+        progress = progress_of(
+            options.quiet, options.json_lines
+        )  # before stdout is kept from others
         with other_output_on_stderr():
             done[member.name] = dispatch(
-                member, store, jobs=asked.workers, retry_failed=asked.retry_failed, progress=told
+                member,
+                store,
+                jobs=options.workers,
+                retry_failed=options.retry_failed,
+                progress=progress,
             )
         tell_reasons(store, member.listed_as, done[member.name])
     return done
 
 
-def _outcome(done: Mapping[str, Summary], found: Summary, asked: Asked) -> str:
+def _outcome(done: Mapping[str, Summary], found: Summary, options: RunOptions) -> str:
     """What stdout ends with: the members one by one, their sum, and what comes next."""
-    if asked.json_lines:
+    if options.json_lines:
         return end_line(found)
-    if asked.as_json:
+    if options.as_json:
         members = {name: summary_object(summary) for name, summary in done.items()}
         return json.dumps({**summary_object(found), "members": members})
-    return f"{columns(('experiment', *COUNTED), _rows(done))}\n\n{summary_text(found, asked.again)}"
+    return (
+        f"{columns(('experiment', *COUNTED), _rows(done))}\n\n{summary_text(found, options.again)}"
+    )
 
 
 def _rows(done: Mapping[str, Summary]) -> list[list[str]]:
     return [[name, *(str(getattr(one, key)) for key in COUNTED)] for name, one in done.items()]
 
 
-def _plans(members: Sequence[Experiment], store: Store, asked: Asked) -> str:
+def _plans(members: Sequence[Experiment], store: Store, options: RunOptions) -> str:
     """What would run of each member, and of all of them together."""
     found = {member.name: outlook(member, store) for member in members}
     needed = {
-        member.name: cost(plan(member), _due(found[member.name], asked), asked.workers)
+        member.name: cost(plan(member), _due(found[member.name], options), options.workers)
         for member in members
     }
     whole = _sum(list(needed.values()))
-    if asked.as_json or asked.json_lines:
+    if options.as_json or options.json_lines:
         return json.dumps(_plans_object(found, needed, whole))
     rows = [[name, *_plan_cells(found[name], needed[name])] for name in found]
     head = ("experiment", "cells", "planned", "cached", "to run", "up to", "logs up to")
@@ -149,8 +159,8 @@ def _plans(members: Sequence[Experiment], store: Store, asked: Asked) -> str:
     return "\n".join([columns(head, rows), "", total_line, *notes])
 
 
-def _due(found: Outlook, asked: Asked) -> int:
-    return sum(found.due(asked.retry_failed).values())
+def _due(found: Outlook, options: RunOptions) -> int:
+    return sum(found.due(options.retry_failed).values())
 
 
 def _plan_cells(found: Outlook, needed: Cost) -> list[str]:

@@ -184,7 +184,7 @@ def status(
     results = Store(store)
     index = _rebuilt(results) if rebuild else results.index()
     lists, damaged = results.lists()
-    wanted = list(lists) if experiment is None else _asked(experiment, lists, results)
+    wanted = list(lists) if experiment is None else _registered_names(experiment, lists, results)
     chosen = {
         name: found  # a form stands below the experiment that it is one of
         for one in wanted
@@ -234,7 +234,7 @@ def _tell_left_out(problem: Exception) -> None:
     tell(f"not counted: {problem}")
 
 
-def _asked(experiment: str, lists: Mapping[str, TrialList], results: Store) -> list[str]:
+def _registered_names(experiment: str, lists: Mapping[str, TrialList], results: Store) -> list[str]:
     """Names of what is asked for: of a file, or of every experiment of a reproduction."""
     from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.plugins import is_file_name, names

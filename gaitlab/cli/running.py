@@ -12,11 +12,11 @@ from gaitlab.cli.common import (
     SOME_FAILED,
     arguments_of,
     plan_text,
+    progress_of,
     refuse_large,
     refuse_quick,
     summary_text,
     tell_reasons,
-    told_of,
     worker_count,
 )
 from gaitlab.cli.options import (
@@ -79,13 +79,13 @@ def run(
 
     results, workers = Store(store), worker_count(jobs)
     if is_reproduction(experiment):
-        from gaitlab.cli.reproducing import Asked, run_members
+        from gaitlab.cli.reproducing import RunOptions, run_members
         from gaitlab.papers.reproduction import load_reproduction
 
         with other_output_on_stderr():
             whole = load_reproduction(experiment, quick=quick, settings=settings or (), seeds=seeds)
         again = arguments_of(experiment, settings, seeds, store, quick=quick)
-        asked = Asked(
+        options = RunOptions(
             workers=workers,
             retry_failed=retry_failed,
             as_json=as_json,
@@ -94,7 +94,7 @@ def run(
             yes=yes,
             again=again,
         )
-        return run_members(whole, results, asked, dry_run=dry_run)
+        return run_members(whole, results, options, dry_run=dry_run)
     refuse_quick(experiment, quick)
     with other_output_on_stderr():
         wanted = load_experiment(experiment, settings or (), seeds)
@@ -107,12 +107,12 @@ def run(
         needed = cost(planned, due, workers)
         say(plan_text(found, needed, retry_failed, as_json or json_lines))
         return 0
-    told = told_of(quiet, json_lines)
+    progress = progress_of(quiet, json_lines)
     again = arguments_of(experiment, settings, seeds, store)
     try:
         with other_output_on_stderr():
             summary = dispatch(
-                wanted, results, jobs=workers, retry_failed=retry_failed, progress=told
+                wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress
             )
     except KeyboardInterrupt:
         tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")

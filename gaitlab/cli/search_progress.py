@@ -79,7 +79,7 @@ class SearchTable(SearchMessages):
     def __init__(self, console: Console) -> None:
         self._console = console
         self._status: SearchStatus | None = None
-        self._told = time.monotonic()
+        self._updated = time.monotonic()
         self._messages: list[str] = []
         self._live = Live(
             get_renderable=self._picture, console=console, refresh_per_second=FRAMES_A_SECOND
@@ -92,7 +92,7 @@ class SearchTable(SearchMessages):
 
     def update(self, status: SearchStatus) -> None:
         """Show the newest state at the next frame."""
-        self._status, self._told = status, time.monotonic()
+        self._status, self._updated = status, time.monotonic()
 
     def message(self, text: str) -> None:
         """Keep it below the table; a signal may come while that is being drawn."""
@@ -117,7 +117,7 @@ class SearchTable(SearchMessages):
         table.add_column(no_wrap=True)
         table.add_column(no_wrap=True)
         bar = ProgressBar(total=max(1, status.total), completed=status.finished)
-        left = remaining(status, time.monotonic() - self._told)
+        left = remaining(status, time.monotonic() - self._updated)
         table.add_row(bar, f"{status.finished}/{status.total}", left)
         return table
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.addressing import allowed
 from gaitlab.cli.options import DEFAULT_STORE, AllowCode, StoreFolder
 from gaitlab.cli.printing import say, tell
+from gaitlab.cli.trial_lookup import allowed
 
 if TYPE_CHECKING:
     from gaitlab.running.verify import Verdict

@@ -6,9 +6,9 @@ them together. Whatever is decided, the answer says how many walks fell before a
 """
 
 from gaitlab.regression.baseline import Baseline, read_baseline, write_baseline
+from gaitlab.regression.current import discard_stale, finished, record
 from gaitlab.regression.gate import GateResult, checked, compared, require_comparable, undecided
 from gaitlab.regression.page import outcome_json, outcome_page
-from gaitlab.regression.tonight import discard_stale, finished, record
 
 __all__ = [
     "Baseline",

@@ -13,7 +13,7 @@ JUMP = 0.5  # of a cell's walks; a rise by as much is named in the first line
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tally:
+class WalkCounts:
     """Walks by how they ended.
 
     Attributes:
@@ -42,8 +42,8 @@ class CellFalls:
     """One cell, before and tonight; None where that side has none of its walks."""
 
     cell: Mapping[str, Scalar]
-    before: Tally | None
-    tonight: Tally | None
+    before: WalkCounts | None
+    tonight: WalkCounts | None
 
     @property
     def changed(self) -> bool:
@@ -69,16 +69,16 @@ class Falls:
 
     cells: tuple[CellFalls, ...] = ()
     together: bool = False
-    alone_before: Tally | None = None
-    alone_tonight: Tally | None = None
+    alone_before: WalkCounts | None = None
+    alone_tonight: WalkCounts | None = None
 
     @property
-    def before(self) -> Tally | None:
+    def before(self) -> WalkCounts | None:
         """Of the baseline; None if there is none."""
         return _sum([cell.before for cell in self.cells])
 
     @property
-    def tonight(self) -> Tally | None:
+    def tonight(self) -> WalkCounts | None:
         """Of tonight; None if nothing was walked."""
         return _sum([cell.tonight for cell in self.cells])
 
@@ -105,7 +105,9 @@ def falls(before: Baseline | None, tonight: Baseline | None) -> Falls:
     if before and tonight and (cells := matched(before, tonight).cells):
         shared = Falls(
             cells=tuple(
-                CellFalls(cell=c.before[0].cell, before=_tally(c.before), tonight=_tally(c.tonight))
+                CellFalls(
+                    cell=c.before[0].cell, before=_counts(c.before), tonight=_counts(c.tonight)
+                )
                 for c in cells
             ),
             together=True,
@@ -120,24 +122,24 @@ def falls(before: Baseline | None, tonight: Baseline | None) -> Falls:
         cells=tuple(
             CellFalls(
                 cell=(old.get(place) or new[place])[0].cell,
-                before=_tally(old[place]) if place in old else None,
-                tonight=_tally(new[place]) if place in new else None,
+                before=_counts(old[place]) if place in old else None,
+                tonight=_counts(new[place]) if place in new else None,
             )
             for place in dict.fromkeys([*old, *new])
         )
     )
 
 
-def _tally(walks: Sequence[Walk]) -> Tally:
+def _counts(walks: Sequence[Walk]) -> WalkCounts:
     stable = sum(walk.stable for walk in walks)
     out = sum(walk.state == "INFEASIBLE" for walk in walks)
-    return Tally(stable=stable, fell=len(walks) - stable - out, out_of_reach=out)
+    return WalkCounts(stable=stable, fell=len(walks) - stable - out, out_of_reach=out)
 
 
-def _rest(walks: Sequence[Walk], shared: Tally | None) -> Tally | None:
+def _rest(walks: Sequence[Walk], shared: WalkCounts | None) -> WalkCounts | None:
     """Walks beyond those that are counted already; None if there are none."""
-    whole, part = _tally(walks), shared or Tally()
-    rest = Tally(
+    whole, part = _counts(walks), shared or WalkCounts()
+    rest = WalkCounts(
         stable=whole.stable - part.stable,
         fell=whole.fell - part.fell,
         out_of_reach=whole.out_of_reach - part.out_of_reach,
@@ -145,12 +147,12 @@ def _rest(walks: Sequence[Walk], shared: Tally | None) -> Tally | None:
     return rest if rest.n else None
 
 
-def _sum(tallies: Sequence[Tally | None]) -> Tally | None:
-    known = [tally for tally in tallies if tally]
+def _sum(sides: Sequence[WalkCounts | None]) -> WalkCounts | None:
+    known = [counts for counts in sides if counts]
     if not known:
         return None
-    return Tally(
-        stable=sum(tally.stable for tally in known),
-        fell=sum(tally.fell for tally in known),
-        out_of_reach=sum(tally.out_of_reach for tally in known),
+    return WalkCounts(
+        stable=sum(counts.stable for counts in known),
+        fell=sum(counts.fell for counts in known),
+        out_of_reach=sum(counts.out_of_reach for counts in known),
     )

@@ -225,9 +225,9 @@ def _declared(before: Baseline, tonight: Baseline) -> list[str]:
 
 def _surroundings(before: Baseline, tonight: Baseline) -> list[tuple[str, str, str]]:
     names = dict.fromkeys([*before.provenance, *tonight.provenance])
-    told = [
+    values = [
         (name, *(", ".join(each.provenance.get(name, ("unknown",))) for each in (before, tonight)))
         for name in names
         if name != "git_commit"
     ]
-    return [(name, then, now) for name, then, now in told if then != now]
+    return [(name, then, now) for name, then, now in values if then != now]

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from math import degrees, isfinite
 
 from gaitlab.metrics import lookup
-from gaitlab.regression.falls import Falls, Tally
+from gaitlab.regression.falls import Falls, WalkCounts
 from gaitlab.regression.gate import GateResult
 from gaitlab.regression.quantities import FALSE_ALARMS, Quantity
 from gaitlab.store import Scalar
@@ -60,29 +60,29 @@ def _fell(falls: Falls) -> str:
     before, tonight = falls.before, falls.tonight
     if before and tonight:
         return f"falls went from {_of(before)} to {_of(tonight)}{_alone(falls)}"
-    told = [
+    parts = [
         f"{_of(before)} before" if before else "no baseline",
         f"{_of(tonight)} tonight" if tonight else "nothing walked tonight",
     ]
-    return f"falls: {', '.join(told)}"
+    return f"falls: {', '.join(parts)}"
 
 
 def _alone(falls: Falls) -> str:
     """Falls of walks that have no partner: in new cells and seeds, and in those that are gone."""
-    told = [
-        f"{_of(tally)} {where}"
-        for tally, where in (
+    parts = [
+        f"{_of(counts)} {where}"
+        for counts, where in (
             (falls.alone_tonight, "that only tonight has"),
             (falls.alone_before, "that only the baseline has"),
         )
-        if tally
+        if counts
     ]
-    return f", besides {' and '.join(told)}" if told else ""
+    return f", besides {' and '.join(parts)}" if parts else ""
 
 
-def _of(tally: Tally) -> str:
-    out = f" ({tally.out_of_reach} out of reach)" if tally.out_of_reach else ""
-    return f"{tally.fell} of {tally.n}{out}"
+def _of(counts: WalkCounts) -> str:
+    out = f" ({counts.out_of_reach} out of reach)" if counts.out_of_reach else ""
+    return f"{counts.fell} of {counts.n}{out}"
 
 
 def _jump(falls: Falls) -> str:
@@ -102,8 +102,8 @@ def _falls_table(falls: Falls) -> str:
     if falls.before is None or falls.tonight is None:
         return ""
     if not falls.changed:
-        told = f"Stable walks: {_stable(falls.before)} before, {_stable(falls.tonight)} tonight"
-        return f"{told}; {'no cell changed' if falls.together else 'no cell is in both'}."
+        text = f"Stable walks: {_stable(falls.before)} before, {_stable(falls.tonight)} tonight"
+        return f"{text}; {'no cell changed' if falls.together else 'no cell is in both'}."
     rows = [
         ["cell", "stable before", "stable tonight"],
         ["---"] * 3,
@@ -119,8 +119,8 @@ def _falls_table(falls: Falls) -> str:
     return _markdown(rows)
 
 
-def _stable(tally: Tally) -> str:
-    return f"{tally.stable} of {tally.n}"
+def _stable(counts: WalkCounts) -> str:
+    return f"{counts.stable} of {counts.n}"
 
 
 def _sentence(outcome: GateResult) -> str:
@@ -260,8 +260,8 @@ def outcome_json(experiment: str, outcome: GateResult) -> str:
             "falls": _falls_json(outcome.falls),
             "equal_ids": outcome.compared,
             "other_bits": list(outcome.differing),
-            "worse": [_told(quantity) for quantity in outcome.worse],
-            "better": [_told(quantity) for quantity in outcome.improved],
+            "worse": [_named(quantity) for quantity in outcome.worse],
+            "better": [_named(quantity) for quantity in outcome.improved],
             "declared": list(outcome.declared),
             "surroundings": [
                 {"name": name, "before": then, "tonight": now}
@@ -275,22 +275,26 @@ def outcome_json(experiment: str, outcome: GateResult) -> str:
 def _falls_json(falls: Falls) -> dict[str, object]:
     """Counts of all and of each cell, before and tonight; null where a side has no walks."""
     return {
-        "before": _tally(falls.before),
-        "tonight": _tally(falls.tonight),
-        "alone_before": _tally(falls.alone_before),
-        "alone_tonight": _tally(falls.alone_tonight),
+        "before": _counts_json(falls.before),
+        "tonight": _counts_json(falls.tonight),
+        "alone_before": _counts_json(falls.alone_before),
+        "alone_tonight": _counts_json(falls.alone_tonight),
         "cells": [
-            {"cell": dict(c.cell), "before": _tally(c.before), "tonight": _tally(c.tonight)}
+            {
+                "cell": dict(c.cell),
+                "before": _counts_json(c.before),
+                "tonight": _counts_json(c.tonight),
+            }
             for c in falls.cells
         ],
     }
 
 
-def _tally(tally: Tally | None) -> dict[str, int] | None:
-    return None if tally is None else {**asdict(tally), "n": tally.n}
+def _counts_json(counts: WalkCounts | None) -> dict[str, int] | None:
+    return None if counts is None else {**asdict(counts), "n": counts.n}
 
 
-def _told(quantity: Quantity) -> dict[str, str]:
+def _named(quantity: Quantity) -> dict[str, str]:
     return {"quantity": quantity.name, "surface": quantity.surface or "all"}
 
 

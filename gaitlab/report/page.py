@@ -32,7 +32,7 @@ from gaitlab.report.motion import motion_blocks
 from gaitlab.report.provenance import DescribedPart, facts_table, gantry_note, part_tables
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
-from gaitlab.report.sentences import findings, not_standing, seeds_asked
+from gaitlab.report.sentences import findings, not_standing, seeds_needed
 from gaitlab.report.words import plural
 
 MEDIANS = "Median [quartiles] over all simulated trials."
@@ -161,7 +161,7 @@ def _completeness(results: Results, sources: Sources) -> str:
 
 def _next(results: Results, sources: Sources, compared: Compared) -> str:
     """The command that would tell more; empty where the rest of the trials comes first."""
-    seeds = seeds_asked([*compared[0], *compared[1]])
+    seeds = seeds_needed([*compared[0], *compared[1]])
     if seeds is None or sources.with_seeds is None or not _is_whole(results):
         return ""
     return f"To tell more:\n\n{fenced(sources.with_seeds(seeds), 'sh')}"

@@ -53,7 +53,7 @@ def not_told_apart(found: Sequence[Comparison]) -> str:
     return f"{text}; {advice}." if advice else f"{text}."
 
 
-def seeds_asked(found: Sequence[Comparison]) -> int | None:
+def seeds_needed(found: Sequence[Comparison]) -> int | None:
     """Seeds a cell that would tell the differences that are not told; None if no number would."""
     asked = [_seeds(item.stable) for item in found if item.stable.verdict == "cannot tell"]
     return int(max(asked, default=0.0)) or None

@@ -5,7 +5,7 @@ trial simulates is in `gaitlab.simulation`, what is asked next in `gaitlab.searc
 """
 
 from gaitlab.running.outlook import Cost, Outlook, Standing, cost, outlook
-from gaitlab.running.summary import Ended, Progress, Silent, Started, Summary, total
+from gaitlab.running.summary import Ended, Progress, Started, Summary, total
 from gaitlab.running.sweep import dispatch
 
 __all__ = [
@@ -13,7 +13,6 @@ __all__ = [
     "Ended",
     "Outlook",
     "Progress",
-    "Silent",
     "Standing",
     "Started",
     "Summary",

@@ -1,11 +1,9 @@
-"""What a run counts, and who is told while it counts."""
+"""What a run counts, and what is called while it counts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
 
 from gaitlab.experiment import Value
 from gaitlab.store import State
@@ -95,8 +93,8 @@ class Ended(Started):
     reason: str
 
 
-class Progress(Protocol):
-    """What is told while trials run."""
+class Progress:
+    """Is called while trials run; does nothing unless a subclass does."""
 
     def start(self, summary: Summary) -> None:
         """The work is known; nothing has run."""
@@ -115,62 +113,3 @@ class Progress(Protocol):
 
     def finish(self, summary: Summary) -> None:
         """Nothing runs any more."""
-
-
-class Careful:
-    """Passes on to another what it can: a terminal or a reader that has gone stops no run."""
-
-    def __init__(self, told: Progress) -> None:
-        self._told = told
-
-    def start(self, summary: Summary) -> None:
-        """Pass it on."""
-        with suppress(OSError):
-            self._told.start(summary)
-
-    def started(self, trial: Started) -> None:
-        """Pass it on."""
-        with suppress(OSError):
-            self._told.started(trial)
-
-    def ended(self, trial: Ended) -> None:
-        """Pass it on."""
-        with suppress(OSError):
-            self._told.ended(trial)
-
-    def update(self, summary: Summary) -> None:
-        """Pass it on."""
-        with suppress(OSError):
-            self._told.update(summary)
-
-    def message(self, text: str) -> None:
-        """Pass it on."""
-        with suppress(OSError):
-            self._told.message(text)
-
-    def finish(self, summary: Summary) -> None:
-        """Pass it on."""
-        with suppress(OSError):
-            self._told.finish(summary)
-
-
-class Silent:
-    """Tells nothing."""
-
-    def start(self, summary: Summary) -> None:
-        """Nothing."""
-
-    def started(self, trial: Started) -> None:
-        """Nothing."""
-
-    def ended(self, trial: Ended) -> None:
-        """Nothing."""
-
-    def update(self, summary: Summary) -> None:
-        """Nothing."""
-
-    def message(self, text: str) -> None:
-        """Nothing."""
-
-    def finish(self, summary: Summary) -> None:
-        """Nothing."""

@@ -6,10 +6,11 @@ import shutil
 import signal
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TypeVar
 
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
@@ -21,11 +22,12 @@ from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, standings
 from gaitlab.running.processes import Processes
 from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
-from gaitlab.running.summary import Careful, Ended, Progress, Silent, Started, Summary
+from gaitlab.running.summary import Ended, Progress, Started, Summary
 from gaitlab.running.worker import simulated
 from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
 from gaitlab.store.store import TABLE_FROM
 
+T = TypeVar("T")
 MANY_CELLS = 5000  # more are not told apart in the time left, which is looked up at every end
 TIMEOUT = 120.0  # s any trial may take
 TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
@@ -49,7 +51,7 @@ def dispatch(
         store: Where results go; held against other runs meanwhile.
         jobs: Worker processes; 0 runs every trial in this process.
         retry_failed: Run trials again that failed before.
-        progress: Who is told.
+        progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
 
     Raises:
         StoreError: If the store is held by another run, cannot be written or has vanished.
@@ -57,9 +59,8 @@ def dispatch(
         KeyboardInterrupt: At the second Ctrl-C.
     """
     with store.lock() as held:
-        told = Careful(progress or Silent())
         forecast = Forecast(workers=jobs)
-        sweep = _Sweep(experiment, store, held, retry_failed, told, forecast)
+        sweep = _Sweep(experiment, store, held, retry_failed, progress or Progress(), forecast)
         return sweep.run(_executor(store, jobs))
 
 
@@ -80,7 +81,7 @@ class _Sweep:
     running: dict[str, Started] = field(default_factory=dict)  # trials that workers have, by id
     cells: dict[str, int] = field(default_factory=dict)  # of the trials of the plan, by id
     standing: Counter[int] = field(default_factory=Counter)  # falls before the first step, by cell
-    told_of_standing: bool = False
+    standing_reported: bool = False
 
     def run(self, executor: Executor) -> Summary:
         """Run what is missing until it is done or somebody stops it."""
@@ -96,7 +97,7 @@ class _Sweep:
 
     def _run(self, executor: Executor, planned: Plan) -> None:
         todo = self._take_stock(planned)
-        self.progress.start(self.summary)
+        self._report(self.progress.start, self.summary)
         self._warn_of_little_room(planned)
         try:
             with closing(executor.run(self._launched(planned, todo))) as outcomes:
@@ -104,7 +105,7 @@ class _Sweep:
                     self.held.check()
                     self._keep(outcome)
         finally:
-            self.progress.finish(self.summary)
+            self._report(self.progress.finish, self.summary)
 
     def _take_stock(self, planned: Plan) -> dict[str, float]:
         """Register the plan, count what is there; simulated time of each trial that is due, by id.
@@ -149,17 +150,17 @@ class _Sweep:
             yield item
 
     def _launched(self, planned: Plan, todo: Mapping[str, float]) -> Iterator[Job]:
-        """The jobs, telling of each as an executor takes it, for it takes what it starts."""
+        """The jobs, each reported as an executor takes it, for it takes what it starts."""
         for job, item in _jobs(planned, self.order, todo):
             started = Started(trial_id=job.trial_id, cell=item.values, seed=item.trial.seed)
             self.running[job.trial_id] = started
             kind, seconds = self.kinds[job.trial_id], todo[job.trial_id]
             self.forecast.start(job.trial_id, kind, seconds, time.monotonic())
-            self.progress.started(started)
+            self._report(self.progress.started, started)
             yield job
 
     def _keep(self, outcome: Outcome) -> None:
-        """Note one outcome and tell of it."""
+        """Note one outcome and report it."""
         record = outcome.record or settle(self.store, outcome)
         self.store.note(record)
         now = time.monotonic()
@@ -171,10 +172,10 @@ class _Sweep:
             time_left=self.forecast.time_left(now),
         )
         started = self.running.pop(record.trial_id)
-        self.progress.ended(_ended(started, record))
-        self.progress.update(self.summary)
+        self._report(self.progress.ended, _ended(started, record))
+        self._report(self.progress.update, self.summary)
         if self._fell_standing(record.trial_id, record.metrics):
-            self._tell_of_standing(started)
+            self._report_standing(started)
 
     def _fell_standing(self, trial_id: str, metrics: Mapping[str, Scalar]) -> bool:
         """Whether a trial fell before its first step; if so, noted of its cell."""
@@ -182,19 +183,26 @@ class _Sweep:
         self.standing[self.cells[trial_id]] += fell
         return fell
 
-    def _tell_of_standing(self, trial: Started) -> None:
+    def _report_standing(self, trial: Started) -> None:
         """Name the first cell that is sure not to stand; the counts tell of the others."""
         count, seeds = self.standing[self.cells[trial.trial_id]], len(self.experiment.seeds)
-        if self.told_of_standing or 2 * count <= seeds:
+        if self.standing_reported or 2 * count <= seeds:
             return
-        self.told_of_standing = True
+        self.standing_reported = True
         where = ", ".join(
             f"{path.rpartition('.')[2]} {value}" for path, value in trial.cell.items()
         )
-        self.progress.message(
+        self._message(
             f"{where}: does not stand, {count} of {seeds} seeds fell before their first step; "
             "further such cells are only counted"
         )
+
+    def _report(self, call: Callable[[T], None], value: T) -> None:
+        with suppress(OSError):
+            call(value)
+
+    def _message(self, text: str) -> None:
+        self._report(self.progress.message, text)
 
     def _stop(self, executor: Executor, number: int) -> None:
         """Let the running trials end; at the second Ctrl-C, nothing."""
@@ -202,7 +210,7 @@ class _Sweep:
             raise KeyboardInterrupt
         executor.drain()
         self.summary = replace(self.summary, interrupted=True)
-        self.progress.message(f"stopping: {executor.running} running trials are finished first")
+        self._message(f"stopping: {executor.running} running trials are finished first")
 
     def _needed(self, planned: Plan) -> str:
         left = self.summary.left or planned.size
@@ -213,7 +221,7 @@ class _Sweep:
         with suppress(OSError):
             free = shutil.disk_usage(self.store.path).free
             if free < needed:
-                self.progress.message(
+                self._message(
                     f"the disk has {_megabytes(free)} free and this run needs up to "
                     f"{_megabytes(needed)}; if it fills up, nothing committed is lost"
                 )

@@ -146,8 +146,8 @@ def _difference(store: Store, again: Store, outcome: Outcome) -> str:
         before = {}
     now = outcome.record.provenance
     changed = [name for name in now if name in _NUMERIC and before.get(name) != now[name]]
-    told = "; ".join(f"{name} was {before.get(name)}, is {now[name]}" for name in changed)
-    return f"other numbers this time ({told or 'the same versions and platform'})"
+    differences = "; ".join(f"{name} was {before.get(name)}, is {now[name]}" for name in changed)
+    return f"other numbers this time ({differences or 'the same versions and platform'})"
 
 
 _NUMERIC = (

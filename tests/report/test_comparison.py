@@ -15,7 +15,7 @@ from gaitlab.report.comparison import (
 )
 from gaitlab.report.matching import Matched, matched, matched_grounds
 from gaitlab.report.results import Results
-from gaitlab.report.sentences import not_told_apart, seeds_asked, told_apart
+from gaitlab.report.sentences import not_told_apart, seeds_needed, told_apart
 from gaitlab.statistics import judged
 from tests.report.builder import results_of, trial
 
@@ -127,7 +127,7 @@ def test_there_is_one_verdict_on_a_question_and_its_advice_asks_for_more_seeds()
         results = walks(range(3), shares=(0.9, 0.6), draw=draw)
         found = only(results)
         assert found.stable.verdict == "cannot tell"
-        seeds = seeds_asked([found])
+        seeds = seeds_needed([found])
         said = not_told_apart([found])
         if seeds is None:
             assert "some" not in said

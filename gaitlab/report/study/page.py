@@ -13,7 +13,7 @@ from gaitlab.report.provenance import facts_table
 from gaitlab.report.study import figures, tables
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import Crossing, crossings, crossings_table, score, stable_of
-from gaitlab.report.study.sentences import asked, chance, random_command, sentences
+from gaitlab.report.study.sentences import chance, question, random_command, sentences
 from gaitlab.report.study.words import UNKNOWN, interval, number, objective_axis, objective_text
 from gaitlab.report.words import plural, share, surface_text
 from gaitlab.search.fresh import WINNER
@@ -43,7 +43,7 @@ def write_study_page(findings: Findings, folder: Path) -> Path:
     first = [
         f"# {escape(findings.experiment.title or findings.experiment.name)}",
         escape(findings.experiment.description),
-        asked(findings) if findings.candidates else "No candidate has been tried yet.",
+        question(findings) if findings.candidates else "No candidate has been tried yet.",
         *(_found(findings) if findings.chosen else _nothing_found(findings)),
         picture,
         sentences(findings) if findings.candidates else "",

@@ -38,7 +38,7 @@ def sentences(findings: Findings) -> str:
     return " ".join(part for part in (*said, _margins(findings), _edges(findings)) if part)
 
 
-def asked(findings: Findings) -> str:
+def question(findings: Findings) -> str:
     """What was searched for, in a sentence."""
     count = len(findings.grounds)
     grounds = ", ".join(surface_text(name) for name in findings.grounds)

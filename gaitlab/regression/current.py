@@ -18,7 +18,7 @@ from gaitlab.store import Index, Listed, Scalar, Store, listed
 from gaitlab.store.entry import Details
 from gaitlab.store.record import finite
 
-TOLD = (  # of the provenance: what the bits of a log depend on, and what helps to find a change
+COMPARED = (  # of the provenance: what the bits of a log depend on, and what helps to find a change
     "gaitlab_version",
     "python_version",
     "numpy_version",
@@ -133,6 +133,6 @@ def _metrics(store: Store, trial_id: str, state: str, details: Details) -> dict[
 def _provenance(details: Sequence[Details]) -> dict[str, tuple[str, ...]]:
     found = {
         name: sorted({str(each.provenance.get(name)) for each in details} - {"None"})
-        for name in TOLD
+        for name in COMPARED
     }
     return {name: tuple(values) for name, values in found.items() if values}

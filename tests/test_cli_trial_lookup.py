@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.cli.addressing import trial_at
+from gaitlab.cli.trial_lookup import trial_at
 from gaitlab.errors import UnknownName
 from gaitlab.running import dispatch
 from gaitlab.store import Store
