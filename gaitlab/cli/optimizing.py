@@ -225,8 +225,8 @@ class _OptimizeRun:
     def check_winner(self, history: History) -> bool:
         """Walk the winner again and say what holds; False after a Ctrl-C."""
         from gaitlab.cli.progress import progress
-        from gaitlab.report.study.brief import brief
         from gaitlab.report.study.gathering import findings_of
+        from gaitlab.report.study.sentences import brief
         from gaitlab.search.validation import running, validate
 
         if not self.quiet:

@@ -7,12 +7,15 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
@@ -28,10 +31,9 @@ from gaitlab.kinematics.belt_leg import (
 from gaitlab.papers import biped_effects
 from gaitlab.papers.biped_effects import WALK, boundary_angles, lowest_point
 from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of, text_of
-from gaitlab.papers.strides import Postures, joint_figure, stick_figure
 from gaitlab.papers.walks import not_simulated, share_text, spread_text, trials
 from gaitlab.parameters import parameters
-from gaitlab.render.figure_style import save
+from gaitlab.render.figure_style import BLUE, CYCLE, FAINT, INK, ORANGE, new_figure, save, style
 from gaitlab.robots.biped import Robot
 
 STRAIGHT, BENT, GANTRY = "biped_straight", "biped_bent_knee", "biped_gantry"
@@ -54,6 +56,7 @@ EFFORTS = ("energy", "cost_of_transport", "peak_torque", "rms_torque")
 JOINTS = {f"phi_{leg + 1},{part + 1}": (leg, part) for leg in (0, 1) for part in (0, 1)}
 STICKS = 13  # postures a stride in the stick diagram
 FRACTIONS = (0.93, 0.90, 0.85)  # of the leg's length, hips over the ankles on bent knees
+ENDINGS = ("printed", "corrected", "late")
 
 
 def audit(store: Path) -> Page:
@@ -139,9 +142,6 @@ def _clearance_table() -> Table:
         header=["S / l / h [m]", *ENDINGS],
         rows=rows,
     )
-
-
-ENDINGS = ("printed", "corrected", "late")
 
 
 def _changed(ending: str, **lengths: float) -> Gait:
@@ -328,3 +328,62 @@ def _changes(straight: pd.Series, bent: dict[str, pd.DataFrame], name: str) -> s
         change = 100.0 * (ours.median() / other.median() - 1.0)
         said.append(f"{change:+.0f} %" if apart else "no difference")
     return ", ".join(said)
+
+
+class Postures(NamedTuple):
+    """Two legs at one instant after another, forward and up.
+
+    Attributes:
+        hips: In [m]. Shape (n, 2).
+        knees: Of leg 1 and leg 2, in [m]. Shape (n, 2, 2).
+        ankles: Likewise. Shape (n, 2, 2).
+    """
+
+    hips: np.ndarray
+    knees: np.ndarray
+    ankles: np.ndarray
+
+
+def stick_figure(strides: Mapping[str, Postures]) -> Figure:
+    """Both legs at one instant after another with the hips' path, one panel a stride."""
+    with style():
+        figure = new_figure(height=3.6)
+        axes = figure.subplots(1, len(strides), sharex=True, sharey=True, squeeze=False)[0]
+        for axis, (name, postures) in zip(axes, strides.items(), strict=True):
+            _sticks(axis, postures)
+            axis.set_title(name)
+            axis.set_xlabel("forward [m]")
+        axes[0].set_ylabel("height [m]")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center")
+    return figure
+
+
+def _sticks(axis: Axes, postures: Postures) -> None:
+    for k, (hips, knees, ankles) in enumerate(zip(*postures, strict=True)):
+        for leg, colour in ((0, BLUE), (1, ORANGE)):
+            x, z = np.stack([hips, knees[leg], ankles[leg]], axis=-1)
+            label = f"leg {leg + 1}" if k == 0 else None
+            axis.plot(x, z, color=colour, linewidth=0.9, alpha=0.8, label=label)
+    axis.plot(*postures.hips.T, color=INK, linewidth=1.4, label="hips")
+    axis.axhline(0.0, color=FAINT, linewidth=1.0, zorder=0)
+    axis.set_aspect("equal")
+
+
+def joint_figure(t: np.ndarray, courses: Mapping[str, np.ndarray], what: str) -> Figure:
+    """Courses over time, one panel above the other.
+
+    Args:
+        t: Instants, in [s]. Shape (n,).
+        courses: Course by its name. Shape (n,) each.
+        what: Label of the vertical axes, with its unit.
+    """
+    with style():
+        figure = new_figure(height=1.15 * len(courses) + 0.6)
+        axes = figure.subplots(len(courses), sharex=True, squeeze=False)[:, 0]
+        for axis, (name, course), colour in zip(axes, courses.items(), CYCLE, strict=False):
+            axis.plot(t, course, color=colour, linewidth=1.2)
+            axis.axhline(0.0, color=FAINT, linewidth=0.8, zorder=0)
+            axis.set_title(name)
+        figure.supylabel(what, fontsize=9.0)
+        axes[-1].set_xlabel("time [s]")
+    return figure

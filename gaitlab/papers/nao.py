@@ -21,12 +21,12 @@ from gaitlab.log import GRAVITY
 from gaitlab.model import Robot as AnyRobot
 from gaitlab.model.gait import Gait as AnyGait
 from gaitlab.papers import nao_effects
-from gaitlab.papers.nao_charts import pictures
 from gaitlab.papers.nao_effects import fifteen, final, final_gait, paper_leg, straight
 from gaitlab.papers.nao_sweeps import (
     PERIOD,
     Setting,
     criterion,
+    pictures,
     settings,
     sweeps,
     table,

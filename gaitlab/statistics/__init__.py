@@ -27,12 +27,17 @@ from gaitlab.statistics.power import (
     values_for_mean,
 )
 from gaitlab.statistics.proportions import (
+    STABLE_SHARE,
     Alternative,
     Count,
     Interval,
     difference_of_proportions,
+    distance_difference,
+    efficiency,
     mean_interval,
     paired_difference,
+    stability_percent,
+    stable_cell,
     wilson,
 )
 from gaitlab.statistics.sensitivity import (
@@ -42,13 +47,6 @@ from gaitlab.statistics.sensitivity import (
     fewest_points,
     linear_effects,
     sign_shares,
-)
-from gaitlab.statistics.stability import (
-    STABLE_SHARE,
-    distance_difference,
-    efficiency,
-    stability_percent,
-    stable_cell,
 )
 
 __all__ = [

@@ -1,9 +1,11 @@
-"""Intervals of shares, of differences of shares and of means.
+"""Intervals of shares, of differences of shares and of means; stability as EROS2018 counts it.
 
 References:
     BonettPrice2012: Bonett and Price, Adjusted Wald confidence interval for a difference of
         binomial proportions based on paired data, J. of Educational and Behavioral Statistics,
         2012.
+    EROS2018: D. Pristovani R. et al., Walking Trajectory Optimization Algorithm for Robot Humanoid
+        on Synthetic Grass, EMITTER International Journal of Engineering Technology, 2018.
     Newcombe1998: Newcombe, Interval estimation for the difference between independent
         proportions: comparison of eleven methods, Statistics in Medicine, 1998.
     Student1908: Student, The probable error of a mean, Biometrika, 1908.
@@ -15,13 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from math import hypot, inf, sqrt
+from math import hypot, inf, nan, sqrt
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 # Of the first treatment against the second, as scipy words it.
 Alternative: TypeAlias = Literal["two-sided", "less", "greater"]
+STABLE_SHARE = 0.5  # of its seeds; a cell with half of them on their feet counts as stable
 
 
 class Interval(NamedTuple):
@@ -114,3 +117,27 @@ def mean_interval(values: Sequence[float], confidence: float = 0.95) -> Interval
     mean, n = float(np.mean(values)), len(values)
     reach = float(t.ppf(0.5 + confidence / 2.0, n - 1) * np.std(values, ddof=1) / sqrt(n))
     return Interval(mean - reach, mean + reach)
+
+
+def stable_cell(share: float) -> bool:
+    """Whether a cell is stable: at least half of its seeds are."""
+    return share >= STABLE_SHARE
+
+
+def stability_percent(cells: Sequence[bool]) -> float:
+    """Stability percentage of a surface [EROS2018]: stable cells over all, NaN without any."""
+    return 100.0 * sum(map(bool, cells)) / len(cells) if len(cells) else nan
+
+
+def efficiency(per_surface: Sequence[float]) -> float:
+    """Mean of the surfaces' stability percentages [EROS2018]; nothing to do with energy.
+
+    Args:
+        per_surface: Stability percentage of each surface. NaN without any.
+    """
+    return float(np.mean(per_surface)) if len(per_surface) else nan
+
+
+def distance_difference(with_it: float, without: float, longest: float = 6.0) -> float:
+    """Difference of distance in percent of the longest possible, in [m] all three, [EROS2018]."""
+    return 100.0 * (with_it - without) / longest

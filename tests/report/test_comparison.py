@@ -14,8 +14,8 @@ from gaitlab.report.comparison import (
     comparison_blocks,
 )
 from gaitlab.report.matching import Matched, matched, matched_grounds
+from gaitlab.report.page import not_told_apart, seeds_needed, told_apart
 from gaitlab.report.results import Results
-from gaitlab.report.sentences import not_told_apart, seeds_needed, told_apart
 from gaitlab.statistics import judged
 from tests.report.builder import results_of, trial
 

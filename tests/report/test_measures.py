@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gaitlab.experiment import load_experiment
-from gaitlab.report.headline import verdicts_note
+from gaitlab.report.cells import verdicts_note
 from gaitlab.report.maps import pair_maps, varied_paths
 from gaitlab.report.page import Sources, write_page
 from gaitlab.report.provenance import DescribedPart, file_notes, ground_notes

@@ -11,13 +11,18 @@ import pytest
 
 from gaitlab.kinematics.transforms import axis_rotation, quaternion_of
 from gaitlab.log import TrialLog
-from gaitlab.report.extremes import extremes, extremes_blocks, shortened
 from gaitlab.report.figures.balance import WalkPanel, balance_figure
 from gaitlab.report.figures.foot_paths import foot_paths, shown_rows
 from gaitlab.report.figures.gait_phases import runs, swings
 from gaitlab.report.figures.heading import seen, support_extent
 from gaitlab.report.figures.joint_loads import most_loaded
-from gaitlab.report.representative import RepresentativeTrial, walks_of
+from gaitlab.report.representative import (
+    RepresentativeTrial,
+    extremes,
+    extremes_blocks,
+    shortened,
+    walks_of,
+)
 from tests.report.builder import results_of, toy_trial, toy_trials, trial, walk_log
 
 NAME = "none-grass_50mm-0.04-0"

@@ -10,16 +10,14 @@ import pandas as pd
 import pytest
 
 from gaitlab.experiment.reference import load_reference
-from gaitlab.report.cells import agreement, cell_tables, compared, row_text
+from gaitlab.report.cells import agreement, cell_tables, compared, headline, row_text, runs_table
 from gaitlab.report.comparison import compared_grounds, compared_variants
 from gaitlab.report.falls import falls_table, quartiles, reasons
-from gaitlab.report.headline import headline, runs_table
 from gaitlab.report.motion import strip_blocks
-from gaitlab.report.page import Sources, heading, scores, write_page
+from gaitlab.report.page import Sources, findings, heading, scores, write_page
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.representative import representative, representative_cell
 from gaitlab.report.results import Results
-from gaitlab.report.sentences import findings
 from tests.report.builder import results_of, toy_trials, trial
 
 SOURCES = Sources(facts={"seeds": "0 to 3"}, parts=[], grounds="", command="gaitlab report toy")

@@ -9,15 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.report.cells import agreement, cell_tables, compared
+from gaitlab.report.cells import agreement, cell_tables, compared, headline, verdicts_note
 from gaitlab.report.comparison import compared_variants, comparison_blocks
 from gaitlab.report.falls import falls_table
-from gaitlab.report.forms.tidy import cells_frame
-from gaitlab.report.headline import headline, verdicts_note
+from gaitlab.report.forms.tables import cells_frame
 from gaitlab.report.maps import cells_map
+from gaitlab.report.page import not_standing
 from gaitlab.report.results import Results
 from gaitlab.report.scores import ScoredCell, cell_of, mean_percent, surface_percent
-from gaitlab.report.sentences import not_standing
 from gaitlab.report.words import DOES_NOT_STAND, cell_text, verdict_text
 from tests.report.builder import results_of, toy_trials
 

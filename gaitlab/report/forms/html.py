@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import re
 from base64 import b64encode
@@ -10,12 +11,12 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 from markdown_it.utils import OptionsDict
 
-from gaitlab.report.forms.html_figures import figure
 from gaitlab.report.forms.tokens import Heading, headings, parser, whole_text
 
 FILE = "index.html"
@@ -25,6 +26,9 @@ LISTED = (2, 3)  # levels of headings in the table of contents
 # stays text, whoever wrote it.
 _TAG = re.compile(r"</?(?:details|summary|b|strong|em|i|code|br|sub|sup|kbd)(?: open)? ?/?>")
 _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
+PICTURES = {".png": "image/png", ".gif": "image/gif", ".jpg": "image/jpeg", ".webp": "image/webp"}
+DROPPED = frozenset({"metadata", "style", "script"})  # said in the page's own style sheet, or noise
+_REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def write_html(page: Path) -> Path:
@@ -168,3 +172,96 @@ class _Page(RendererHTML):
         return "".join(part + tag for part, tag in zip(between, tags, strict=True))
 
     html_inline = html_block
+
+
+def figure(file: str, alt: str, folder: Path, number: int) -> str:
+    """A figure of the page as HTML; its drawing if there is one, else its picture, else its text.
+
+    Args:
+        file: As the page names it, relative to its folder.
+        alt: What a reader gets who cannot see it.
+        folder: Of the page; files elsewhere are not taken in.
+        number: Position on the page, which keeps the ids of drawings apart.
+    """
+    path = (folder / file).resolve()
+    inside = path.is_relative_to(folder.resolve())
+    drawing = path.with_suffix(".svg")
+    if inside and drawing.is_file():
+        return f'<figure class="drawing">{inlined(drawing, alt, f"f{number}-")}</figure>'
+    if inside and path.is_file() and path.suffix.lower() in PICTURES:
+        content = base64.b64encode(path.read_bytes()).decode()
+        data = f"data:{PICTURES[path.suffix.lower()]};base64,{content}"
+        return f'<figure><img src="{data}" alt="{escape(alt)}"></figure>'
+    return f'<figure class="absent"><figcaption>{escape(alt)}</figcaption></figure>'
+
+
+def inlined(drawing: Path, alt: str, prefix: str) -> str:
+    """An SVG file as an element of HTML that a reader can focus, with ids of its own."""
+    root = ElementTree.parse(drawing).getroot()
+    _strip(root)
+    used = set(_references(root))
+    for element in root.iter():
+        _rename(element, used, prefix)
+    width, height = root.attrib.pop("width", ""), root.attrib.pop("height", "")
+    if "viewBox" not in root.attrib:
+        root.set("viewBox", f"0 0 {_number(width)} {_number(height)}")
+    root.attrib |= {"role": "img", "aria-label": alt, "tabindex": "0"}
+    root.set("style", f"max-width: {width}" if width else "")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _number(length: str) -> str:
+    return re.sub(r"[^\d.]", "", length) or "100"
+
+
+def _strip(element: ElementTree.Element) -> None:
+    """Plain names without name spaces, as HTML wants them; what is no drawing is dropped."""
+    element.tag = _local(element.tag)
+    given = {_local(name): value for name, value in element.attrib.items()}
+    element.attrib.clear()
+    element.attrib |= {
+        name: _shorter(value) if name == "d" else value
+        for name, value in given.items()
+        if not name.startswith("on")
+    }
+    element.text = element.text if element.text and element.text.strip() else None
+    element.tail = None if not (element.tail and element.tail.strip()) else element.tail
+    for child in list(element):
+        if _local(child.tag) in DROPPED:
+            element.remove(child)
+        else:
+            _strip(child)
+
+
+def _local(name: str) -> str:
+    return name.rpartition("}")[2]
+
+
+def _shorter(outline: str) -> str:
+    """An outline without line ends, to the hundredth of a point."""
+    rounded = re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.2f}", outline)
+    return " ".join(rounded.split())
+
+
+def _references(root: ElementTree.Element) -> list[str]:
+    """Ids that something in the drawing refers to."""
+    found = []
+    for element in root.iter():
+        for name, value in element.attrib.items():
+            found += _REFERENCE.findall(value)
+            if name == "href" and value.startswith("#"):
+                found.append(value[1:])
+    return found
+
+
+def _rename(element: ElementTree.Element, used: set[str], prefix: str) -> None:
+    """Prefix the ids that are referred to, and forget the others."""
+    for name, value in list(element.attrib.items()):
+        if name == "id" and value not in used:
+            del element.attrib[name]
+        elif name == "id":
+            element.set(name, prefix + value)
+        elif name == "href" and value.startswith("#"):
+            element.set(name, f"#{prefix}{value[1:]}")
+        else:
+            element.set(name, _REFERENCE.sub(rf"url(#{prefix}\1)", value))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from gaitlab.experiment.study import Numbers
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.fresh import gain, stable_of
+from gaitlab.report.study.fresh import crossings, gain, optimism, score, stable_of
 from gaitlab.report.study.tables import edge_of, near_misses, share_moved
 from gaitlab.report.study.words import (
     constraint_text,
@@ -169,3 +171,56 @@ def _wider(findings: Findings) -> str:
         f"The nearest misses crowd at no edge: {loosen}search another parameter, or try an easier "
         "ground."
     )
+
+
+def brief(findings: Findings) -> str:
+    """A few lines; empty if nothing was walked after the search."""
+    winner = findings.rerun(WINNER)
+    if winner is None or not winner.on(findings.grounds):
+        return ""
+    lines = [*_fresh_lines(findings, winner), *_lead_lines(findings, winner)]
+    return "\n".join([*lines, *_stable_line(findings), *_margin_lines(findings)])
+
+
+def _fresh_lines(findings: Findings, winner: Rerun) -> Iterator[str]:
+    walks = winner.on(findings.grounds)
+    up, n = stable_of(walks)
+    yield f"On fresh seeds: stable {share(up, n, wilson(up, n))}"
+    for place, objective in enumerate(findings.study.objectives):
+        again, unit = score(findings.study, walks, place), metric_unit(objective.metric)
+        told = findings.chosen.objectives[place] if findings.chosen else float("nan")
+        lost = optimism(told, again.value, objective)
+        text = f"  {metric_text(objective.metric)} {number(again.value, unit)}"
+        text += f" {interval(again.interval)}, in the search {number(told, unit)}"
+        yield text if lost is None else f"{text}: optimism {number(lost, unit)}"
+
+
+def _lead_lines(findings: Findings, winner: Rerun) -> Iterator[str]:
+    for other in (findings.rerun(DEFAULT), findings.rerun(RANDOM)):
+        if other is None or not other.on(findings.grounds):
+            continue
+        for place, objective in enumerate(findings.study.objectives):
+            lead = gain(findings.study, winner, other, place, findings.grounds)
+            text = f"Against the {other.label}: {metric_text(objective.metric)} {lead.verdict}, "
+            unit = metric_unit(objective.metric)
+            yield f"{text}lead {number(lead.value, unit)} {interval(lead.interval)}".rstrip()
+
+
+def _stable_line(findings: Findings) -> Iterator[str]:
+    """The winner's stable share on each ground."""
+    row = next(iter(crossings(findings).values()), {})
+    cells = [f"{ground} {cell.stable}/{cell.n}" for ground, cell in row.items() if cell.n]
+    if cells:
+        yield f"Stable on: {', '.join(cells)}"
+
+
+def _margin_lines(findings: Findings) -> Iterator[str]:
+    margins = findings.margins
+    if margins is None or not margins.seeds or not margins.numbers:
+        return
+    yield f"May move alone before a fall, in shares of its range (n = {margins.seeds}):"
+    for margin in margins.numbers:
+        item = findings.parameter(margin.path)
+        if isinstance(item, Numbers):
+            down, up = (share_moved(margin, r, item) for r in (margin.below, margin.above))
+            yield f"  {margin.path}  -{down:.0%}  +{up:.0%}"
