@@ -146,7 +146,15 @@ def _plans(members: Sequence[Experiment], store: Store, options: RunOptions) -> 
     }
     whole = _sum(list(needed.values()))
     if options.as_json or options.json_lines:
-        return json.dumps(_plans_object(found, needed, whole))
+        plans_object = {
+            "planned": sum(one.planned for one in found.values()),
+            "cached": sum(one.count("cached") for one in found.values()),
+            "to_run": whole.trials,
+            "seconds": round(whole.seconds),
+            "bytes": round(whole.size),
+            "members": {name: plan_object(found[name], needed[name]) for name in found},
+        }
+        return json.dumps(plans_object)
     rows = [[name, *_plan_cells(found[name], needed[name])] for name in found]
     head = ("experiment", "cells", "planned", "cached", "to run", "up to", "logs up to")
     planned = sum(one.planned for one in found.values())
@@ -166,16 +174,3 @@ def _due(found: Outlook, options: RunOptions) -> int:
 def _plan_cells(found: Outlook, needed: Cost) -> list[str]:
     counts = len(found.standings), found.planned, found.count("cached"), needed.trials
     return [*map(str, counts), duration(needed.seconds), size(needed.size)]
-
-
-def _plans_object(
-    found: Mapping[str, Outlook], needed: Mapping[str, Cost], whole: Cost
-) -> dict[str, object]:
-    return {
-        "planned": sum(one.planned for one in found.values()),
-        "cached": sum(one.count("cached") for one in found.values()),
-        "to_run": whole.trials,
-        "seconds": round(whole.seconds),
-        "bytes": round(whole.size),
-        "members": {name: plan_object(found[name], needed[name]) for name in found},
-    }

@@ -146,7 +146,7 @@ def walking_table(name: str, store: Path) -> Table:
         rows.append((here[0].direction, f"{here[0].distance:g}", *shown))
     return Table(
         title=f"{printed.title}: stable walks",
-        text=_sentence(name, printed.cells, cells) if cells else not_simulated("eros", store, name),
+        text=_sentence(printed.cells, cells) if cells else not_simulated("eros", store, name),
         header=("direction", "distance as printed", *surfaces),
         rows=rows,
     )
@@ -170,7 +170,7 @@ def _cell(stable: bool, count: tuple[int, int] | None) -> str:
 
 
 def _sentence(
-    name: str, printed: Mapping[ReferenceCell, bool], cells: Mapping[ReferenceCell, tuple[int, int]]
+    printed: Mapping[ReferenceCell, bool], cells: Mapping[ReferenceCell, tuple[int, int]]
 ) -> str:
     ours = {place: stable_cell(count[0] / count[1]) for place, count in cells.items()}
     shared = [place for place in printed if place in ours]

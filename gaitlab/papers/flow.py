@@ -44,18 +44,6 @@ STAND = 0.3  # s, standing before the walk
 
 def audit() -> Page:
     """The page of the FLoW paper."""
-    return Page(
-        title=text_of("flow", "title"),
-        paper=text_of("flow", "paper"),
-        summary=text_of("flow", "summary"),
-        comparisons=(_facts(), _joint_counts()),
-        tables=(_identities(), _lengths(), parallelogram_table()),
-        errata=errata_of("flow", flow_effects),
-        assumptions=assumptions_of("flow"),
-    )
-
-
-def _facts() -> PrintedTable:
     robot = Robot()
     printed = {row["quantity"]: float(row["value"]) for row in rows_of("flow_facts")[:2]}
     torso, leg = robot.torso, robot.leg
@@ -65,7 +53,16 @@ def _facts() -> PrintedTable:
         PrintedNumber(label="height, cm", printed=printed["height"], ours=100.0 * height),
         PrintedNumber(label="mass, kg", printed=printed["mass"], ours=round(robot.tree.mass, 9)),
     )
-    return PrintedTable(title="Published numbers", unit="-", digits=1, rows=rows)
+    facts = PrintedTable(title="Published numbers", unit="-", digits=1, rows=rows)
+    return Page(
+        title=text_of("flow", "title"),
+        paper=text_of("flow", "paper"),
+        summary=text_of("flow", "summary"),
+        comparisons=(facts, _joint_counts()),
+        tables=(_identities(), _lengths(), parallelogram_table()),
+        errata=errata_of("flow", flow_effects),
+        assumptions=assumptions_of("flow"),
+    )
 
 
 def _joint_counts() -> PrintedTable:

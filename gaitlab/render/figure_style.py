@@ -26,7 +26,6 @@ from gaitlab.documents.printable import visible
 BLACK, BLUE, VERMILLION, SKY = "#000000", "#0072B2", "#D55E00", "#56B4E9"
 GREEN, ORANGE, PURPLE, YELLOW = "#009E73", "#E69F00", "#CC79A7", "#F0E442"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION, BLACK, YELLOW)
-HATCHES = ("", "///", "...", "xxx", "\\\\\\", "ooo", "+++", "---")
 INK, FAINT, PAPER = "#222222", "#BBBBBB", "#FFFFFF"
 BAND = "#EBEBEB"  # behind a curve: a span of time
 DARK = 0.55  # share above which white letters read better than black ones

@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.log import TrialLog
 from gaitlab.log.columns import FEET
-from gaitlab.log.fall import CAUSES
+from gaitlab.metrics.stability import fall_cause
 from gaitlab.model import Link, LinkPoses, Tree
 from gaitlab.model.stance import PITCHES
 from gaitlab.model.tree import unit_axis
@@ -156,7 +155,7 @@ def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
     paths = np.concatenate([com, *(log.vector(f"{side}_foot_", "xy") for side in FEET)])
     standing = robot_faces(tree, feet, link_poses(tree, log, np.array([0])))
     return Scene(
-        title=f"{trial.names.robot.upper()} on {_spoken(trial.names.surface)}",
+        title=f"{trial.names.robot.upper()} on {surface_text(trial.names.surface)}",
         caption=(
             f"step length {log.header.step_length:.3g} m, period {log.header.gait_period:.3g} s, "
             f"seed {trial.seed}, trial {shown.trial_id[:8]}"
@@ -168,7 +167,7 @@ def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
         weight=log.header.weight,
         sole=(sole.length, sole.width),
         fall=None if log.fall_index is None else float(clock[log.fall_index]),
-        fall_cause=_cause(log),
+        fall_cause=(fall_cause(log) or "").replace("_", " "),
         lane=np.stack([paths.min(axis=0), paths.max(axis=0)]),
         time=clock[ticks],
         poses=poses,
@@ -313,12 +312,7 @@ def _zmp(log: TrialLog, ticks: np.ndarray, soles: np.ndarray, contact: np.ndarra
     return np.column_stack([log.vector("zmp_", "xy")[ticks], loaded])
 
 
-def _spoken(surface: str) -> str:
+def surface_text(name: str) -> str:
     """A surface as a reader calls it: `grass_50mm` becomes `grass 50 mm`."""
-    return re.sub(r"(\d)mm\b", r"\1 mm", Path(surface).stem.replace("_", " "))
-
-
-def _cause(log: TrialLog) -> str:
-    if log.fall_index is None:
-        return ""
-    return CAUSES[int(log["fall_cause"][log.fall_index])].replace("_", " ")
+    stem = name.rpartition("/")[2].removesuffix(".yaml")
+    return re.sub(r"(?<!\S)(\d+)mm(?!\S)", r"\1 mm", " ".join(stem.replace("_", " ").split()))

@@ -343,19 +343,16 @@ def falls_table(done: pd.DataFrame, grounds: Iterable[str], labels: Sequence[str
         for label in labels:
             walks = done[(done["surface"] == ground) & (done["variant"] == label)]
             if len(walks):
-                rows.append([escape(surface_text(ground)), escape(label), *_falls_row(walks)])
+                falls = walks[walks["fell"]]
+                counted = [
+                    *(falls["fall_direction"] == way for way in DIRECTIONS),
+                    falls["cycles"] < 1.0,
+                    *(falls["axis"] == axis for axis in ("fore-aft", "sideways")),
+                ]
+                counts = (str(int(flags.sum())) for flags in counted)
+                falls_row = [f"{len(falls)} of {len(walks)}", *counts, quartiles(falls["lead"])]
+                rows.append([escape(surface_text(ground)), escape(label), *falls_row])
     return table(header, rows, "ll") if rows else ""
-
-
-def _falls_row(walks: pd.DataFrame) -> list[str]:
-    falls = walks[walks["fell"]]
-    counted = [
-        *(falls["fall_direction"] == way for way in DIRECTIONS),
-        falls["cycles"] < 1.0,
-        *(falls["axis"] == axis for axis in ("fore-aft", "sideways")),
-    ]
-    counts = (str(int(flags.sum())) for flags in counted)
-    return [f"{len(falls)} of {len(walks)}", *counts, quartiles(falls["lead"])]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -149,7 +149,11 @@ def runs_table(results: Results, compared: Sequence[Comparison] = ()) -> str:
     Below them the differences of a few variants to the first, by column and over all.
     """
     header = ["runs not fallen", *_titles(results), "all"]
-    rows = [_runs_row(results, variant) for variant in results.variants]
+    rows = []
+    for variant in results.variants:
+        columns = results.by_column(variant)
+        every = [cell for cells in columns for cell in cells]
+        rows.append([escape(variant.label), *map(_runs_text, columns), _runs_text(every)])
     shown = compared if len(compared) <= MOST_DIFFERENCES else ()
     rows += [_difference_row(results, item) for item in shown if item.stable.n]
     return table(header, rows, "l")
@@ -160,12 +164,6 @@ def _difference_row(results: Results, item: Comparison) -> list[str]:
     label = f"*{escape(item.second)}* less *{escape(item.first)}*"
     told = f"{difference(item.stable)}: {loud(item.stable)}"
     return [label, *(difference(cell) if cell else NOTHING for cell in cells), told]
-
-
-def _runs_row(results: Results, variant: Variant) -> list[str]:
-    columns = results.by_column(variant)
-    every = [cell for cells in columns for cell in cells]
-    return [escape(variant.label), *map(_runs_text, columns), _runs_text(every)]
 
 
 def _runs_text(cells: Sequence[ScoredCell]) -> str:
@@ -292,7 +290,10 @@ def _direction_block(
         return []
     label = escape(variant.label) if len(results.variants) > 1 else ""
     title = ", ".join(part for part in (direction.capitalize(), label) if part)
-    body = [_row(results, variant, row) for row in planned]
+    body = []
+    for row in planned:
+        cells = [_marked(results, variant, row, column) for column in results.column_values]
+        body.append([row_text(results, row), *cells])
     column_titles = [escape(column_text(results, value)) for value in results.column_values]
     grid = table([_row_title(results), *column_titles], body, "r")
     heading = [f"### {title}"] if title else []
@@ -318,11 +319,6 @@ def row_text(results: Results, row: Value) -> str:
         return escape(value_text(row)) + unit
     printed = abs(reference.printed(float(row), results.reading))
     return f"{printed:.4g} ({float(row):.3g}{unit})"
-
-
-def _row(results: Results, variant: Variant, row: Value) -> list[str]:
-    cells = [_marked(results, variant, row, column) for column in results.column_values]
-    return [row_text(results, row), *cells]
 
 
 def _marked(results: Results, variant: Variant, row: Value, column: Value) -> str:

@@ -188,7 +188,7 @@ def _grid_of(
     ]
     return Grid(
         title=variant.label if len(results.variants) > 1 else "",
-        rows=_titles(results, results.rows, results.row_values),
+        rows=_titles(results.rows, results.row_values),
         columns=[_column_title(results, value) for value in results.column_values],
         squares=squares,
     )
@@ -198,7 +198,7 @@ def _column_title(results: Results, value: Value) -> str:
     return column_text(results, value) if results.columns == "surface" else value_text(value)
 
 
-def _titles(results: Results, path: str, values: Sequence[Value]) -> list[str]:
+def _titles(path: str, values: Sequence[Value]) -> list[str]:
     """Values of a path; the label of the axis carries the unit."""
     if path == ONE_ROW:
         return [""]
@@ -278,8 +278,8 @@ def _pooled(results: Results, rows: str, columns: str) -> Grid:
     empty = Square(count=0, n=0, feasible=True)
     return Grid(
         title="",
-        rows=_titles(results, rows, row_values),
-        columns=_titles(results, columns, column_values),
+        rows=_titles(rows, row_values),
+        columns=_titles(columns, column_values),
         squares=[[counts.get((r, c), empty) for c in column_values] for r in row_values],
     )
 

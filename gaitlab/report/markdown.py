@@ -46,14 +46,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "")
     """
     letters = align.ljust(len(header), "c")
     widths = [max(3, *(len(row[i]) for row in (header, *rows))) for i in range(len(header))]
-    rules = [_rule(letter, width) for letter, width in zip(letters, widths, strict=True)]
+    rules = []
+    for letter, width in zip(letters, widths, strict=True):
+        left, right = {"l": ("", ""), "r": ("", ":"), "c": (":", ":")}[letter]
+        rules.append(left + "-" * (width - len(left) - len(right)) + right)
     lines = [header, rules, *rows]
     return "\n".join(_line(cells, widths) for cells in lines)
-
-
-def _rule(letter: str, width: int) -> str:
-    left, right = {"l": ("", ""), "r": ("", ":"), "c": (":", ":")}[letter]
-    return left + "-" * (width - len(left) - len(right)) + right
 
 
 def _line(cells: Sequence[str], widths: Sequence[int]) -> str:

@@ -132,20 +132,21 @@ class DescribedPart:
 
     def table(self) -> str:
         """Name, value, unit, meaning and source of every parameter."""
-        rows = [self._row(item) for item in self.parameters()]
+        rows = []
+        for item in self.parameters():
+            path = f"{self.path}.{item.name}"
+            value = self._value(item)
+            shown = "*varied*" if path in self.varied else escape(value_text(value))
+            rows.append(
+                [
+                    code(item.name),
+                    shown,
+                    escape(item.unit),
+                    escape(item.doc),
+                    self._source(item, value),
+                ]
+            )
         return table(["parameter", "value", "unit", "meaning", "source"], rows, "lrlll")
-
-    def _row(self, item: Parameter) -> list[str]:
-        path = f"{self.path}.{item.name}"
-        value = self._value(item)
-        shown = "*varied*" if path in self.varied else escape(value_text(value))
-        return [
-            code(item.name),
-            shown,
-            escape(item.unit),
-            escape(item.doc),
-            self._source(item, value),
-        ]
 
     def _source(self, item: Parameter, value: object) -> str:
         if f"{self.path}.{item.name}" in self.varied:

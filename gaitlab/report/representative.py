@@ -125,7 +125,16 @@ def extremes_blocks(results: Results, options: str = "") -> list[str]:
     short = shortened(names, results.trials["trial_id"])
     header = ["", "trial", "variant", "cell", "seed", "distance [m]", "time to fall [s]"]
     rows = [
-        _row(results, what, trial, name) for (what, trial), name in zip(found, short, strict=True)
+        [
+            what,
+            code(name),
+            escape(str(trial["variant"])),
+            escape(place_text(results, trial[results.rows], trial[results.columns])),
+            str(int(trial["seed"])),
+            _number(trial["distance"]),
+            _number(trial["time_to_fall"]),
+        ]
+        for (what, trial), name in zip(found, short, strict=True)
     ]
     if len(results.variants) < 2:
         header.remove("variant")
@@ -171,18 +180,6 @@ def _short(name: str, others: Sequence[str]) -> str:
         if sum(other.startswith(name[:length]) for other in others) < 2:
             return name[:length]
     return name
-
-
-def _row(results: Results, what: str, trial: pd.Series, name: str) -> list[str]:
-    return [
-        what,
-        code(name),
-        escape(str(trial["variant"])),
-        escape(place_text(results, trial[results.rows], trial[results.columns])),
-        str(int(trial["seed"])),
-        _number(trial["distance"]),
-        _number(trial["time_to_fall"]),
-    ]
 
 
 def _number(value: object) -> str:

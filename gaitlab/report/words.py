@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from gaitlab.render.scene import surface_text
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Score, ScoredCell
 from gaitlab.report.variants import Value, value_text
@@ -57,18 +58,6 @@ def cell_text(cell: ScoredCell, score: Score = "stable") -> str:
     notes = [*(f"{n} {word}" for n, word in counted if n), *notes]
     count = f"{cell.count(score)}/{cell.n} {interval(cell.interval(score), 100)}"
     return ", ".join([f"{verdict_text(cell, score)} {count}", *notes])
-
-
-def surface_text(name: str) -> str:
-    """A surface as a reader calls it: `grass_50mm` becomes `grass 50 mm`."""
-    stem = name.rpartition("/")[2].removesuffix(".yaml")
-    words = stem.replace("_", " ").split()
-    return " ".join(_spaced(word) for word in words)
-
-
-def _spaced(word: str) -> str:
-    number = word.removesuffix("mm")
-    return f"{number} mm" if word.endswith("mm") and number.isdigit() else word
 
 
 def path_text(path: str) -> str:

@@ -172,7 +172,15 @@ class _Sweep:
             time_left=self.forecast.time_left(now),
         )
         started = self.running.pop(record.trial_id)
-        self._report(self.progress.ended, _ended(started, record))
+        ended = Ended(
+            trial_id=started.trial_id,
+            cell=started.cell,
+            seed=started.seed,
+            state=record.state,
+            stable=bool(record.metrics.get("stable")) if record.state == "DONE" else None,
+            reason=record.reason.partition("\n")[0],
+        )
+        self._report(self.progress.ended, ended)
         self._report(self.progress.update, self.summary)
         if self._fell_standing(record.trial_id, record.metrics):
             self._report_standing(started)
@@ -290,17 +298,6 @@ def _counted(summary: Summary, record: TrialRecord) -> Summary:
     if record.state == "INFEASIBLE":
         return replace(summary, infeasible=summary.infeasible + 1)
     return replace(summary, failed=summary.failed + 1, newly_failed=summary.newly_failed + 1)
-
-
-def _ended(started: Started, record: TrialRecord) -> Ended:
-    return Ended(
-        trial_id=started.trial_id,
-        cell=started.cell,
-        seed=started.seed,
-        state=record.state,
-        stable=bool(record.metrics.get("stable")) if record.state == "DONE" else None,
-        reason=record.reason.partition("\n")[0],
-    )
 
 
 def _flag(metrics: Mapping[str, Scalar], name: str) -> bool:

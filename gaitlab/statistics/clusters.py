@@ -23,6 +23,7 @@ from gaitlab.statistics.proportions import Alternative
 
 Stratum = tuple[np.ndarray, np.ndarray]
 SHUFFLES = 20_000  # of a permutation test; p-values down to 1e-4 are told apart
+SIGNS = 4_000_000  # drawn at once, which bounds the memory
 EXACT = 30  # clusters whose 2^30 signs are counted exactly, in two halves of 2^15 sums
 ROUNDING = 1e-9  # of the sum of all sizes; closer sums are equal
 
@@ -55,11 +56,15 @@ def _tail(sums: np.ndarray) -> float:
     """Share of the signs whose total is at least the one seen."""
     seen = float(np.sum(sums)) - ROUNDING * float(np.sum(np.abs(sums)))
     if len(sums) > EXACT:
-        signs = np.random.default_rng(19350101).choice([-1.0, 1.0], (SHUFFLES, len(sums)))
-        return float((1 + np.sum(signs @ sums >= seen)) / (1 + SHUFFLES))
+        generator, reached, at_once = np.random.default_rng(19350101), 0, max(1, SIGNS // len(sums))
+        for start in range(0, SHUFFLES, at_once):
+            count = min(at_once, SHUFFLES - start)
+            signs = generator.choice([-1.0, 1.0], (count, len(sums)))
+            reached += int(np.sum(signs @ sums >= seen))
+        return (1 + reached) / (1 + SHUFFLES)
     first, second = _totals(sums[::2]), np.sort(_totals(sums[1::2]))
-    reached = len(second) - np.searchsorted(second, seen - first)
-    return float(np.sum(reached) / 2.0 ** len(sums))
+    beyond = len(second) - np.searchsorted(second, seen - first)
+    return float(np.sum(beyond) / 2.0 ** len(sums))
 
 
 def _totals(sums: np.ndarray) -> np.ndarray:

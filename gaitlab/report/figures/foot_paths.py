@@ -115,8 +115,12 @@ def _heights(
     """Lowest and highest point shown, in [m]; what kicks up in a fall leaves the picture."""
     top = max(point[:, 1].max() for both in paths for foot in both for point in foot)
     bottom = min(point[:, 1].min() for both in paths for foot in both for point in foot)
-    if any(walk.log.fall_index is not None for walk in walks):
+    fallen = [
+        both for both, walk in zip(paths, walks, strict=True) if walk.log.fall_index is not None
+    ]
+    if fallen:
         top = min(top, max(walk.log.header.pile_height for walk in walks) + HIGHEST)
+        top = max(top, *(foot.toe[-1, 1] for both in fallen for foot in both))  # where crosses are
     return min(-0.008, float(bottom) - 0.004), float(top) + 0.012
 
 

@@ -124,9 +124,15 @@ def page_tables(tokens: Sequence[Token]) -> Iterator[PageTable]:
             shared = _first_paragraph(tokens[index + 3 :])
         if token.type == "table_open":
             above = _paragraph_above(tokens, index)
-            yield _table(
-                heading, above or (shared if heading.level > SECTION else ""), tokens, index
+            rows = list(_rows(tokens[index:]))
+            table = PageTable(
+                heading=heading,
+                legend=(above or (shared if heading.level > SECTION else "")),
+                header=tuple(cell for cell, _ in rows[0]),
+                rows=tuple(tuple(cell for cell, _ in row) for row in rows[1:]),
+                align="".join(letter for _, letter in rows[0]),
             )
+            yield table
 
 
 def _first_paragraph(tokens: Sequence[Token]) -> str:
@@ -141,17 +147,6 @@ def _paragraph_above(tokens: Sequence[Token], index: int) -> str:
     if index < 2 or tokens[index - 1].type != "paragraph_close":
         return ""
     return plain(tokens[index - 2]).removesuffix(":")
-
-
-def _table(heading: Heading, legend: str, tokens: Sequence[Token], index: int) -> PageTable:
-    rows = list(_rows(tokens[index:]))
-    return PageTable(
-        heading=heading,
-        legend=legend,
-        header=tuple(cell for cell, _ in rows[0]),
-        rows=tuple(tuple(cell for cell, _ in row) for row in rows[1:]),
-        align="".join(letter for _, letter in rows[0]),
-    )
 
 
 def _rows(tokens: Iterable[Token]) -> Iterator[list[tuple[Token, str]]]:

@@ -83,7 +83,14 @@ def history(findings: Findings) -> Figure:
             ]
             for border in borders if len(borders) <= MANY_BATCHES else ():
                 axis.axvline(border, color=FAINT, linewidth=0.5, zorder=0)
-            _points(axis, findings, place)
+            for kind, look in KINDS.items():
+                chosen = [c for c in findings.candidates if kind_of(c) == kind]
+                numbers = [float(c.number) for c in chosen]
+                if kind == "infeasible":
+                    floor = [0.02] * len(chosen)
+                    _draw(axis, look, numbers, floor, 5.0, axis.get_xaxis_transform())
+                else:
+                    _draw(axis, look, numbers, [objective_of(c, place) for c in chosen], 4.0)
             _best_so_far(axis, findings, place)
             axis.set_ylabel(
                 f"{objective_axis(objectives[place])}\n{better(objectives[place])} is better"
@@ -92,17 +99,6 @@ def history(findings: Findings) -> Figure:
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper left", ncols=3, fontsize=8.0)
     return figure
-
-
-def _points(axis: Axes, findings: Findings, place: int) -> None:
-    for kind, look in KINDS.items():
-        chosen = [c for c in findings.candidates if kind_of(c) == kind]
-        numbers = [float(c.number) for c in chosen]
-        if kind == "infeasible":
-            floor = [0.02] * len(chosen)
-            _draw(axis, look, numbers, floor, 5.0, axis.get_xaxis_transform())
-        else:
-            _draw(axis, look, numbers, [objective_of(c, place) for c in chosen], 4.0)
 
 
 def _draw(

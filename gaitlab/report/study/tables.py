@@ -142,18 +142,16 @@ def margins_table(findings: Findings) -> str:
     """How far each parameter moves before a fall, in its unit and as shares of its range."""
     if findings.margins is None:
         return ""
-    rows = [_margin_row(findings, margin) for margin in findings.margins.numbers]
+    rows = []
+    for margin in findings.margins.numbers:
+        unit, item = findings.unit(margin.path), findings.parameter(margin.path)
+        cells = [code(margin.path), escape(value(margin.value, unit))]
+        for reach in (margin.below, margin.above):
+            moved = share_moved(margin, reach, item) if isinstance(item, Numbers) else None
+            cells += [_limit(reach), "" if moved is None else f"{moved:.0%}"]
+        rows.append(cells)
     head = ["parameter", "winner", "lower limit", "share", "upper limit", "share"]
     return table(head, rows, "lrrrrr") if rows else ""
-
-
-def _margin_row(findings: Findings, margin: Margin) -> list[str]:
-    unit, item = findings.unit(margin.path), findings.parameter(margin.path)
-    cells = [code(margin.path), escape(value(margin.value, unit))]
-    for reach in (margin.below, margin.above):
-        share_text = f"{share_moved(margin, reach, item):.0%}" if isinstance(item, Numbers) else ""
-        cells += [_limit(reach), share_text]
-    return cells
 
 
 def _limit(reach: Reach) -> str:
