@@ -40,6 +40,6 @@ def swept_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("swept")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+        patch.setattr("gaitlab.running.processes.simulated", pretend_well)
         assert run_command_line(["run", str(FILE), "-j", "0", "--quiet"]) == 0
     return folder

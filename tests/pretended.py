@@ -92,11 +92,11 @@ class Speaking(Progress):
 
 
 if __name__ == "__main__":
-    import gaitlab.running.sweep
+    import gaitlab.running.processes
     from tests import pretended  # pickled by this name, not as a function of __main__
 
     where, how = sys.argv[1:]
-    gaitlab.running.sweep.simulated = (
+    gaitlab.running.processes.simulated = (
         partial(pretended.pretend_held, hold=Path(how))
         if Path(how).is_file()
         else partial(pretended.pretend_well, pause=float(how))

@@ -36,7 +36,7 @@ class Printed(tuple[int, str, str]):
 def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run a command in an empty folder."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
 
     def command(*arguments: str) -> Printed:
         code = run_command_line(arguments)

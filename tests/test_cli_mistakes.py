@@ -29,7 +29,7 @@ LONG_GRID = "grid.gait.step_length=[0.0, 0.01, 0.02, 0.03, 0.04, 0.05]"
 def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run a command in an empty folder, trials being made up."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
 
     def command(*arguments: str) -> Printed:
         code = run_command_line(arguments)
@@ -170,7 +170,7 @@ def test_three_hundred_values_do_not_fill_the_screen(gaitlab) -> None:
 def test_failed_trials_have_an_exit_code_and_a_reason_with_a_trial_to_look_at(
     gaitlab, monkeypatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend)
     done = gaitlab("run", EXPERIMENT, "-j", "2")
     assert done.code == 4
     assert "worker process ended with exit code 3" in done.err
@@ -185,7 +185,7 @@ def test_a_run_that_is_stopped_at_once_says_how_to_go_on(gaitlab, monkeypatch) -
     def killed(*arguments: object, **options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", killed)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", killed)
     done = gaitlab("run", EXPERIMENT, "-j", "0")
     assert (done.code, done.out) == (130, "")
     assert done.err.splitlines()[-1].endswith(f"Go on: gaitlab run {EXPERIMENT}")
@@ -397,7 +397,7 @@ def test_commands_that_messages_suggest_work_when_they_are_pasted(gaitlab, monke
     assert suggested(done.out)[:2] == ["report", "my test.yaml"]
     Path("my floor.yaml").write_text("type: rigid\nfriction: 0.6\n")
     assert gaitlab("baseline", *suggested(done.out)[1:], "--output", "b.json").code == 0
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend)
     one_row = ("--set", "grid.gait.step_length=[0.08]", "-j", "0")
     done = gaitlab("run", EXPERIMENT, "--store", "my store", *one_row)
     look = done.err.partition("(gaitlab ")[2].partition(")")[0]

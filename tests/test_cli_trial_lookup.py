@@ -18,7 +18,7 @@ from tests import pretended
 def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     found = Store(tmp_path_factory.mktemp("store"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitlab.running.sweep.simulated", pretended.pretend_well)
+        patch.setattr("gaitlab.running.processes.simulated", pretended.pretend_well)
         dispatch(pretended.experiment(seeds=2), found, jobs=0)
     return found
 

@@ -28,7 +28,7 @@ def store(tmp_path: Path) -> Store:
 
 @pytest.fixture
 def well(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
 
 
 def contents(store: Store) -> tuple[bytes, bytes, str]:
@@ -65,7 +65,7 @@ class Told(Progress):
 def test_falls_in_standing_are_counted_and_told_of_as_soon_as_a_cell_is_sure(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_falling)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_falling)
     told, seeds, carpets = Told(), 4, CELLS // 2
     first = dispatch(experiment(seeds=seeds), store, jobs=0, progress=told)
     assert (first.falls, first.fell_standing) == (carpets * seeds * 3 // 2, carpets * seeds)
@@ -98,7 +98,7 @@ def test_more_seeds_run_only_the_new_trials(store: Store) -> None:
 def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend)
     first = dispatch(experiment(), store, jobs=2)
     assert (first.done, first.infeasible, first.failed, first.left) == (19, 4, 1, 0)
     failed = [key for key, state in store.states().items() if state == "FAILED"]
@@ -106,7 +106,7 @@ def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(
     assert outlook(experiment(), store).count("failed before") == 1
     second = dispatch(experiment(), store, jobs=2)
     assert (second.cached, second.failed, second.newly_failed) == (23, 1, 0)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
     again = dispatch(experiment(), store, jobs=0, retry_failed=True)
     assert (again.cached, again.done, again.failed) == (23, 1, 0)
 

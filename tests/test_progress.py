@@ -110,7 +110,7 @@ def test_a_terminal_that_cannot_move_its_cursor_gets_lines(
 def test_started_and_ended_come_in_pairs_and_no_more_run_than_there_are_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend)
     events: list[Started] = []
 
     class Watching(Progress):
@@ -142,7 +142,7 @@ def test_started_and_ended_come_in_pairs_and_no_more_run_than_there_are_workers(
 def events(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run with `--json-lines` in an empty folder; the objects of stdout, in their order."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
 
     def run(*options: str) -> list[dict]:
         run_command_line(("run", EXPERIMENT, *options, "--json-lines"))
@@ -152,7 +152,7 @@ def events(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captur
 
 
 def test_every_line_is_an_event_and_the_trials_are_those_of_the_store(events, monkeypatch) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend)
     first, *trials, last = events("-j", "2")
     assert (first["event"], last["event"]) == ("start", "end")
     assert {event["event"] for event in trials} == {"trial"}
@@ -197,7 +197,7 @@ def test_quiet_shows_results_and_nothing_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
     assert run_command_line(("run", EXPERIMENT, "-j", "0", "--quiet")) == 0
     printed = capfd.readouterr()
     assert printed.err == ""
@@ -207,10 +207,10 @@ def test_quiet_shows_results_and_nothing_else(
 # A run of pretended trials as a program of its own; arguments: the store, then options.
 PROGRAM = f"""
 import sys
-import gaitlab.running.sweep
+import gaitlab.running.processes
 from gaitlab.cli import run_command_line
 from tests.pretended import pretend_well
-gaitlab.running.sweep.simulated = pretend_well
+gaitlab.running.processes.simulated = pretend_well
 arguments = ["run", {EXPERIMENT!r}, "-j", "0", "--store", *sys.argv[1:]]
 raise SystemExit(run_command_line(arguments))
 """

@@ -9,6 +9,9 @@ from typing import Any, Protocol
 from gaitlab.running.worker import Task
 from gaitlab.store import TrialRecord
 
+TIMEOUT = 120.0  # s any trial may take
+TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
+
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
@@ -23,6 +26,11 @@ class Job:
     trial_id: str
     trial: Mapping[str, Any]
     timeout: float
+
+
+def job_of(trial_id: str, trial: Mapping[str, Any], seconds: float) -> Job:
+    """The job of a trial that simulates so many seconds at most."""
+    return Job(trial_id=trial_id, trial=trial, timeout=TIMEOUT + TIMEOUT_RATIO * seconds)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,13 +19,14 @@ import time
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import IO
 
-from gaitlab.running.executor import Job, Outcome
-from gaitlab.running.worker import OUT_OF_MEMORY, Task, serve
+from gaitlab.running.executor import Executor, Job, Outcome, Serial
+from gaitlab.running.worker import OUT_OF_MEMORY, Task, serve, simulated
 from gaitlab.store import TrialRecord
 
 MAX_TRIALS = 50  # of one worker; bounds whatever the physics engine leaks
@@ -268,3 +269,9 @@ class Processes:
         return Outcome(
             job=job, record=None, reason=f"{answer}\n({attempt} attempts)", seconds=seconds
         )
+
+
+def executor(store: Path, jobs: int) -> Executor:
+    """What simulates trials into a store: so many worker processes, or with 0 this process."""
+    task = partial(simulated, store=store)
+    return Processes(task, jobs) if jobs else Serial(task)

@@ -16,21 +16,18 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.running.executor import Executor, Job, Outcome, Serial
+from gaitlab.running.executor import Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
 from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, standings
-from gaitlab.running.processes import Processes
+from gaitlab.running.processes import executor
 from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Ended, Progress, Started, Summary
-from gaitlab.running.worker import simulated
 from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
 from gaitlab.store.store import TABLE_FROM
 
 T = TypeVar("T")
 MANY_CELLS = 5000  # more are not told apart in the time left, which is looked up at every end
-TIMEOUT = 120.0  # s any trial may take
-TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
 
 
 def dispatch(
@@ -61,7 +58,7 @@ def dispatch(
     with store.lock() as held:
         forecast = Forecast(workers=jobs)
         sweep = _Sweep(experiment, store, held, retry_failed, progress or Progress(), forecast)
-        return sweep.run(_executor(store, jobs))
+        return sweep.run(executor(store.path, jobs))
 
 
 @dataclass
@@ -235,11 +232,6 @@ class _Sweep:
                 )
 
 
-def _executor(store: Store, jobs: int) -> Executor:
-    task = partial(simulated, store=store.path)
-    return Processes(task, jobs) if jobs else Serial(task)
-
-
 def _jobs(
     planned: Plan, order: Sequence[str], todo: Mapping[str, float]
 ) -> Iterator[tuple[Job, PlannedTrial]]:
@@ -255,8 +247,7 @@ def _jobs(
         trial_id = order[place]
         if trial_id in left:
             left.remove(trial_id)
-            timeout = TIMEOUT + TIMEOUT_RATIO * todo[trial_id]
-            yield Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout), item
+            yield job_of(trial_id, item.trial.to_dict(), todo[trial_id]), item
 
 
 def _kind(item: PlannedTrial) -> Kind:

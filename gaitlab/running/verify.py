@@ -6,17 +6,14 @@ import random
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import gaitlab.simulation.trial
 from gaitlab.errors import StoreError
 from gaitlab.experiment.named_code import named_code, refusal, unnamed_code
-from gaitlab.running.executor import Job, Outcome, Serial
-from gaitlab.running.processes import Processes
-from gaitlab.running.sweep import TIMEOUT, TIMEOUT_RATIO
-from gaitlab.running.worker import simulated
+from gaitlab.running.executor import Job, Outcome, job_of
+from gaitlab.running.processes import executor
 from gaitlab.simulation.trial import own_code
 from gaitlab.store import Store, TrialRecord, Unreadable, fingerprint
 
@@ -105,9 +102,7 @@ def _repeat(
     repeated, different = 0, list[str]()
     with tempfile.TemporaryDirectory(prefix="gaitlab-verify-") as folder:
         again = Store(Path(folder))
-        task = partial(simulated, store=again.path)
-        executor = Processes(task, jobs) if jobs else Serial(task)
-        for outcome in executor.run(due):
+        for outcome in executor(again.path, jobs).run(due):
             reason = _difference(store, again, outcome)
             repeated += not reason
             if reason:
@@ -128,8 +123,7 @@ def _job(record: TrialRecord) -> Job:
     trial: Mapping[str, Any] = record.trial
     horizon = trial.get("horizon", {}).get("time")
     seconds = horizon if isinstance(horizon, float | int) and horizon < LONGEST else LONGEST
-    timeout = TIMEOUT + TIMEOUT_RATIO * seconds
-    return Job(trial_id=record.trial_id, trial=trial, timeout=timeout)
+    return job_of(record.trial_id, trial, seconds)
 
 
 def _difference(store: Store, again: Store, outcome: Outcome) -> str:

@@ -17,9 +17,9 @@ from gaitlab.errors import WrongValue
 from gaitlab.experiment import Experiment, Value, candidate, study_of
 from gaitlab.experiment.plan import PlannedTrial, duration, plan
 from gaitlab.experiment.study import Study
-from gaitlab.running.executor import Executor, Job
+from gaitlab.running.executor import Executor, Job, job_of
 from gaitlab.running.executor import Outcome as Ended
-from gaitlab.running.sweep import TIMEOUT, TIMEOUT_RATIO, settle
+from gaitlab.running.sweep import settle
 from gaitlab.search.candidates import Candidate, CandidateState, costs
 from gaitlab.search.database import Pending
 from gaitlab.search.objectives import (
@@ -153,8 +153,7 @@ class TrialRunner:
         if trial_id not in self._under_way:
             self._under_way[trial_id] = item
             seconds = duration(item.trial.gait, item.trial.horizon)
-            timeout = TIMEOUT + TIMEOUT_RATIO * seconds
-            self._queue.append(Job(trial_id=trial_id, trial=item.trial.to_dict(), timeout=timeout))
+            self._queue.append(job_of(trial_id, item.trial.to_dict(), seconds))
 
     def _keep(self, ended: Ended) -> str:
         self.held.check()

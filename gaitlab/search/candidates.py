@@ -8,11 +8,11 @@ from math import fsum, log
 from typing import Literal, TypeAlias, TypeVar
 
 from gaitlab.experiment import Experiment, Value, study_of
-from gaitlab.experiment.study import Numbers, Study
+from gaitlab.experiment.study import Choices, Numbers, Study
 
 T = TypeVar("T")
 CandidateState: TypeAlias = Literal["done", "pruned", "infeasible"]
-NEAR = 0.05  # of its range; a value so close to an end asks for a wider range
+NEAR = 0.02  # of its range; a value so close to an end asks for a wider range
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,17 +166,26 @@ def unbeaten(rated: Iterable[tuple[Sequence[float], T]]) -> tuple[T, ...]:
     return tuple(item for _, item in front)
 
 
+def moved(item: Numbers, start: float, end: float) -> float:
+    """How far one value lies above another, in shares of the searched range or of its ratio."""
+    if item.log:
+        return log(end / start) / log(item.high / item.low)
+    return (end - start) / (item.high - item.low)
+
+
+def edge_of(item: Numbers | Choices, value: Value | None) -> str:
+    """`lower` or `upper` if a value lies at the end of its range; empty elsewhere."""
+    if isinstance(item, Choices) or value is None or isinstance(value, str):
+        return ""
+    share = moved(item, item.low, float(value))
+    return "lower" if share <= NEAR else "upper" if share >= 1.0 - NEAR else ""
+
+
 def edges(study: Study, candidate: Candidate) -> dict[str, str]:
     """Searched numbers of a candidate that lie at an end of their range, and at which."""
     found = {}
     for item in study.search:
-        value = candidate.values.get(item.path)
-        if isinstance(item, Numbers) and isinstance(value, int | float):
-            share = (value - item.low) / (item.high - item.low)
-            if item.log:
-                share = log(value / item.low) / log(item.high / item.low)
-            if share <= NEAR:
-                found[item.path] = f"lower end {item.low:g}"
-            elif share >= 1.0 - NEAR:
-                found[item.path] = f"upper end {item.high:g}"
+        edge = edge_of(item, candidate.values.get(item.path))
+        if edge and isinstance(item, Numbers):
+            found[item.path] = f"{edge} end {item.low if edge == 'lower' else item.high:g}"
     return found

@@ -12,7 +12,7 @@ from dataclasses import replace
 from gaitlab.experiment import Experiment, candidate
 from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.search.candidates import Candidate, History, ranked
-from gaitlab.search.objectives import evaluate, stored_outcome
+from gaitlab.search.objectives import evaluate, missing, stored_outcome
 from gaitlab.store import Index, Store
 
 FINALISTS = 3
@@ -46,11 +46,7 @@ def due_finals(history: History, store: Store) -> list[Experiment]:
     """What the final of a search still has to walk."""
     index = store.index()
     wanted = [final_experiment(history.experiment, finalist) for finalist in finalists(history)]
-    return [
-        experiment
-        for experiment in wanted
-        if any(item.trial.id not in index.entries for item in plan(experiment).trials())
-    ]
+    return [experiment for experiment in wanted if missing(experiment, index)]
 
 
 def with_final(history: History, store: Store) -> History:

@@ -128,9 +128,3 @@ def rerun(label: str, experiment: Experiment, index: Index) -> Rerun:
     values = {path: value for path, value in trials[0].values.items() if path != "surface"}
     walks = tuple(stored_outcome(item, index) for item in trials)
     return Rerun(label=label, values=values, walks=walks)
-
-
-def missing(experiment: Experiment, index: Index) -> list[str]:
-    """Trials of an experiment that a store does not hold."""
-    trials = (item.trial.id for item in plan(experiment).trials())
-    return [trial_id for trial_id in trials if trial_id not in index.entries]

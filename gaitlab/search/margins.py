@@ -17,8 +17,8 @@ from gaitlab.experiment import Experiment, Value
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Choices, Numbers
 from gaitlab.search.candidates import Candidate, History
-from gaitlab.search.fresh import WINNER, Run, derived, margin_seeds, missing, rerun
-from gaitlab.search.objectives import TrialOutcome
+from gaitlab.search.fresh import WINNER, Run, derived, margin_seeds, rerun
+from gaitlab.search.objectives import TrialOutcome, missing
 from gaitlab.store import Store
 
 MarginEnding = Literal[

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from math import ceil, floor, fsum, inf, isfinite, nan
 from typing import Literal
 
-from gaitlab.experiment.plan import PlannedTrial
+from gaitlab.experiment import Experiment
+from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.experiment.study import (
     Aggregate,
     Constraint,
@@ -249,3 +250,9 @@ def _lost_share(trial: TrialOutcome) -> float:
         return 0.0
     walked = _number(trial.metrics.get("walked_time"))
     return 1.0 / (1.0 + walked) if 0.0 <= walked < inf else 1.0
+
+
+def missing(experiment: Experiment, index: Index) -> list[str]:
+    """Trials of an experiment that a store does not hold."""
+    trials = (item.trial.id for item in plan(experiment).trials())
+    return [trial_id for trial_id in trials if trial_id not in index.entries]

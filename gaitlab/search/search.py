@@ -12,17 +12,15 @@ import time
 from collections.abc import Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from signal import SIGINT
 from typing import Literal, TypeAlias
 
 from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
 from gaitlab.running.basis import basis
-from gaitlab.running.executor import Executor, Serial
-from gaitlab.running.processes import Processes
+from gaitlab.running.executor import Executor
+from gaitlab.running.processes import executor
 from gaitlab.running.signals import stoppable
-from gaitlab.running.worker import simulated
 from gaitlab.search import heartbeat
 from gaitlab.search.batch import Race, Stopped, TrialRunner
 from gaitlab.search.candidates import Candidate, History
@@ -161,15 +159,13 @@ def optimize(
     study = study_of(experiment)
     wanted = asks_for(experiment, basis(experiment))
     with store.lock() as held, Database.opened(experiment, store, storage, wanted) as database:
-        task = partial(simulated, store=store.path)
-        executor = Processes(task, jobs) if jobs else Serial(task)
         search = _Search(
             experiment=experiment,
             study=study,
             store=store,
             held=held,
             database=database,
-            executor=executor,
+            executor=executor(store.path, jobs),
             workers=max(1, jobs),
             shared=storage is not None,
             callback=callback or SearchCallback(),

@@ -17,11 +17,11 @@ from gaitlab.search.fresh import (
     Run,
     default_experiment,
     margin_seeds,
-    missing,
     rerun,
     winner_experiment,
 )
 from gaitlab.search.margins import MOST_STEPS, Around, Margins
+from gaitlab.search.objectives import missing
 from gaitlab.store import Store
 
 

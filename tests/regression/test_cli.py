@@ -35,7 +35,7 @@ Command = Callable[..., Printed]
 def gaitlab_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> Command:
     """Run a command in an empty folder, with drawn walks instead of simulated ones."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", walker(0))
+    monkeypatch.setattr("gaitlab.running.processes.simulated", walker(0))
 
     def command(*arguments: str) -> Printed:
         code = run_command_line(arguments)
@@ -50,7 +50,7 @@ def first_night(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("night")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr("gaitlab.running.sweep.simulated", walker(0))
+        patch.setattr("gaitlab.running.processes.simulated", walker(0))
         assert run_command_line(["run", EDGE, "-j", "0", "--quiet"]) == 0
         assert run_command_line(["baseline", EDGE, "--output", "b.json"]) == 0
     return folder
@@ -68,7 +68,7 @@ def other_night(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Let the code of tomorrow walk otherwise."""
 
     def change(draw: int, **how: float) -> None:
-        monkeypatch.setattr("gaitlab.running.sweep.simulated", walker(draw, **how))
+        monkeypatch.setattr("gaitlab.running.processes.simulated", walker(draw, **how))
         for part in ("running.provenance", "regression.current"):
             monkeypatch.setattr(f"gaitlab.{part}.code_digest", lambda: f"tomorrow {draw}")
         monkeypatch.setattr("tests.regression.nights.code_digest", lambda: f"tomorrow {draw}")

@@ -121,7 +121,7 @@ def _serve() -> None:
 
 
 def _drive(arguments: list[str], task: str, kill_at: int, errors: str) -> None:
-    import gaitlab.running.sweep
+    import gaitlab.running.processes
     from gaitlab.cli import run_command_line
     from tests.reliability import sweeps
 
@@ -131,7 +131,7 @@ def _drive(arguments: list[str], task: str, kill_at: int, errors: str) -> None:
     if errors != "None":
         os.dup2(os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
     random.seed()
-    gaitlab.running.sweep.simulated = sweeps.TASKS[task]
+    gaitlab.running.processes.simulated = sweeps.TASKS[task]
     if kill_at:
         _kill_before_step(kill_at, arguments[arguments.index("--store") + 1])
     code = 1

@@ -129,14 +129,14 @@ TASKS = {task.__name__: task for task in (pretend, slow, held, long, stuck, misb
 
 def run(store: Store, *settings: str, seeds: int = 1, jobs: int = 0) -> Summary:
     """The sweep in this process or in workers, with trials that are pretended."""
-    import gaitlab.running.sweep
+    import gaitlab.running.processes
 
-    before = gaitlab.running.sweep.simulated
-    gaitlab.running.sweep.simulated = pretend
+    before = gaitlab.running.processes.simulated
+    gaitlab.running.processes.simulated = pretend
     try:
         return dispatch(experiment(*settings, seeds=seeds), store, jobs=jobs)
     finally:
-        gaitlab.running.sweep.simulated = before
+        gaitlab.running.processes.simulated = before
 
 
 def expected(*settings: str, seeds: int = 1) -> dict[str, dict[str, object]]:

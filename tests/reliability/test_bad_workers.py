@@ -29,9 +29,9 @@ def test_exactly_the_trials_that_kill_their_worker_fail(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A fifth each segfault, hang, exit and eat memory; a fifth work."""
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", sweeps.misbehave)
-    monkeypatch.setattr("gaitlab.running.sweep.TIMEOUT", 4.0)  # s, a worker imports, too
-    monkeypatch.setattr("gaitlab.running.sweep.TIMEOUT_RATIO", 0.0)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", sweeps.misbehave)
+    monkeypatch.setattr("gaitlab.running.executor.TIMEOUT", 4.0)  # s, a worker imports, too
+    monkeypatch.setattr("gaitlab.running.executor.TIMEOUT_RATIO", 0.0)
     one_cell = (*ONE_CELL, "surfaces=[hard_floor]")
     store, wanted = Store(tmp_path / "data"), sweeps.experiment(*one_cell, seeds=10)
     summary = dispatch(wanted, store, jobs=2)
@@ -50,7 +50,8 @@ def test_exactly_the_trials_that_kill_their_worker_fail(
 
 def test_the_time_out_of_a_trial_goes_by_its_own_horizon(tmp_path: Path) -> None:
     from gaitlab.experiment.plan import duration, plan
-    from gaitlab.running.sweep import TIMEOUT, TIMEOUT_RATIO, _jobs
+    from gaitlab.running.executor import TIMEOUT, TIMEOUT_RATIO
+    from gaitlab.running.sweep import _jobs
 
     planned = plan(sweeps.experiment("grid.horizon.time=[1.0, 30.0]", "horizon.cycles=1000"))
     trials = [item.trial for item in planned.trials()]

@@ -66,7 +66,7 @@ def disk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Path]:
 
 @pytest.fixture
 def long_logs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", sweeps.long)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", sweeps.long)
 
 
 @pytest.fixture(scope="module")
@@ -106,9 +106,9 @@ def test_a_quota_on_the_length_of_files_is_a_full_disk_too(tmp_path: Path) -> No
     """In a process of its own, which may not write files of more than 100 kB."""
     store = Store(tmp_path / "data")
     script = (
-        "import sys, gaitlab.running.sweep; from gaitlab.cli import run_command_line;"
+        "import sys, gaitlab.running.processes; from gaitlab.cli import run_command_line;"
         "from tests.reliability import sweeps;"
-        "gaitlab.running.sweep.simulated = sweeps.long;"
+        "gaitlab.running.processes.simulated = sweeps.long;"
         "sys.exit(run_command_line(sys.argv[1:]))"
     )
     words = [sys.executable, "-c", script, *command(store.path, jobs=0)]

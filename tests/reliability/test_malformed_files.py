@@ -184,7 +184,7 @@ def outcome(
     def ran(*arguments: object, **options: object) -> None:
         raise AssertionError("a trial was run")
 
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", ran)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", ran)
 
     def run(case: Case) -> tuple[int, str]:
         for name, content in {**RIGHT, case[0]: case[2]}.items():

@@ -122,7 +122,7 @@ def test_failed_and_damaged_trials_are_told_apart(store: Store) -> None:
 def test_a_dry_run_prints_the_reasons_and_touches_nothing(
     store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", sweeps.pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", sweeps.pretend)
     grid = "grid: {gait.step_length: [0.0, 0.04], gait.lateral_sway: [0.01, 0.02]}"
     file = tmp_path / "pretended.yaml"
     file.write_text(f"include: {sweeps.FILE}\n{grid}\nseeds: 1\n")

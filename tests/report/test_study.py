@@ -18,12 +18,12 @@ from gaitlab.report.study.page import rows_of, write_pages_together, write_study
 from gaitlab.report.study.sentences import chance, sentences
 from gaitlab.report.study.tables import (
     constraints_table,
-    edge_of,
     fresh_table,
     margins_table,
     near_misses,
     winner_table,
 )
+from gaitlab.search.candidates import edge_of
 from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from tests.report.study_builder import (
     SPEED,

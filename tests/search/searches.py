@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-import gaitlab.search.search
+import gaitlab.running.processes
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.search import Candidate
 from gaitlab.search.database import history
@@ -97,12 +97,12 @@ def fall(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
 @contextmanager
 def walked_by(task: Any) -> Iterator[None]:
     """Trials are walked by this function, in workers too."""
-    before = gaitlab.search.search.simulated
-    gaitlab.search.search.simulated = task
+    before = gaitlab.running.processes.simulated
+    gaitlab.running.processes.simulated = task
     try:
         yield
     finally:
-        gaitlab.search.search.simulated = before
+        gaitlab.running.processes.simulated = before
 
 
 def search(

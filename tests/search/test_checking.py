@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import gaitlab.running.sweep
+import gaitlab.running.processes
 from gaitlab.cli import run_command_line
 from gaitlab.search.database import command_line
 from gaitlab.search.fresh import FIRST_FRESH
@@ -21,7 +21,7 @@ SHORT = tuple(word for setting in FEW for word in ("--set", setting))
 
 @pytest.fixture(autouse=True)
 def pretended(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(gaitlab.running.sweep, "simulated", searches.pretend)
+    monkeypatch.setattr(gaitlab.running.processes, "simulated", searches.pretend)
     with searches.walked_by(searches.pretend):
         yield
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import gaitlab.running.sweep
+import gaitlab.running.processes
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.search import History
@@ -34,7 +34,7 @@ SETTINGS = ("study.trials=16", "surfaces=[carpet_4mm]")
 
 @pytest.fixture(autouse=True)
 def pretended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gaitlab.running.sweep, "simulated", searches.pretend)
+    monkeypatch.setattr(gaitlab.running.processes, "simulated", searches.pretend)
 
 
 @pytest.fixture(scope="module")

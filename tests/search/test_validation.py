@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import gaitlab.running.sweep
+import gaitlab.running.processes
 from gaitlab.experiment import Experiment, Value, candidate
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Choices, Numbers
@@ -131,7 +131,7 @@ def fall_outside(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialR
 @pytest.fixture(autouse=True, scope="module")
 def pretended() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gaitlab.running.sweep, "simulated", fall_outside)
+        patch.setattr(gaitlab.running.processes, "simulated", fall_outside)
         yield
 
 

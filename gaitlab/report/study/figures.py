@@ -32,6 +32,7 @@ from gaitlab.report.study.fresh import Crossing
 from gaitlab.report.study.words import better, number, objective_axis, short_paths
 from gaitlab.report.words import surface_text
 from gaitlab.search import Candidate
+from gaitlab.search.candidates import moved
 from gaitlab.search.margins import Margin, Reach
 
 BAR = 0.5  # of the distance of two rows
@@ -209,14 +210,14 @@ def margins(findings: Findings, found: Sequence[Margin]) -> Figure:
 
 
 def _margin(axis: Axes, row: int, margin: Margin, item: Numbers) -> None:
-    low, high = share_of(margin.value, item.low, item), share_of(margin.value, item.high, item)
+    low, high = moved(item, margin.value, item.low), moved(item, margin.value, item.high)
     span = axis.plot([low, high], [row, row], marker="|", ms=9.0, color=FAINT, zorder=0)
     span[0].set_label("searched range")
-    start = share_of(margin.value, margin.below.holds, item)
-    end = share_of(margin.value, margin.above.holds, item)
+    start = moved(item, margin.value, margin.below.holds)
+    end = moved(item, margin.value, margin.above.holds)
     axis.barh(row, end - start, left=start, height=BAR, color=SKY, edgecolor=BLUE, label="no fall")
     for reach, sign in ((margin.below, -1.0), (margin.above, 1.0)):
-        _ending(axis, row, reach, share_of(margin.value, reach.holds, item), sign, margin, item)
+        _ending(axis, row, reach, moved(item, margin.value, reach.holds), sign, margin, item)
 
 
 def _ending(
@@ -226,20 +227,13 @@ def _ending(
         marker = "<" if sign < 0 else ">"
         axis.plot(edge, row, ls="", marker=marker, color=BLUE, ms=6.0, label="farther not walked")
         return
-    at = share_of(margin.value, reach.fails, item)
+    at = moved(item, margin.value, reach.fails)
     axis.plot([edge, at], [row, row], color=VERMILLION, lw=1.0, ls=(0, (2, 2)))
     fell = reach.ending == "fell"
     label, marker = ("a seed falls", "x") if fell else ("out of reach", "s")
     axis.plot(
         at, row, ls="", marker=marker, color=VERMILLION, mfc=PAPER, mew=1.8, ms=6.0, label=label
     )
-
-
-def share_of(value: float, other: float, item: Numbers) -> float:
-    """How far one value lies from another, in shares of a range or of its ratio if by ratio."""
-    if item.log:
-        return float(np.log(other / value) / np.log(item.high / item.low))
-    return (other - value) / (item.high - item.low)
 
 
 def crossings(rows: Mapping[str, Mapping[str, Crossing]], units: str) -> Figure:

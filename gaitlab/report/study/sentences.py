@@ -8,7 +8,7 @@ from gaitlab.experiment.study import Numbers
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import crossings, gain, optimism, score, stable_of
-from gaitlab.report.study.tables import edge_of, near_misses, share_moved
+from gaitlab.report.study.tables import near_misses, share_moved
 from gaitlab.report.study.words import (
     constraint_text,
     interval,
@@ -18,6 +18,7 @@ from gaitlab.report.study.words import (
     objective_text,
 )
 from gaitlab.report.words import plural, share, surface_text
+from gaitlab.search.candidates import edge_of
 from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.search.margins import Margin
 from gaitlab.statistics import stable_cell, wilson

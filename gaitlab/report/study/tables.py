@@ -24,6 +24,7 @@ from gaitlab.report.study.words import (
 )
 from gaitlab.report.words import share
 from gaitlab.search import Candidate
+from gaitlab.search.candidates import edge_of, moved
 from gaitlab.search.fresh import WINNER, Rerun
 from gaitlab.search.margins import Margin, Reach
 from gaitlab.search.objectives import misses
@@ -31,7 +32,6 @@ from gaitlab.statistics import wilson
 
 NEAREST = 5  # candidates that nearly fulfilled the constraints
 SHOWN_FRONT = 12  # candidates of a Pareto front
-AT_THE_EDGE = 0.02  # of the range; a winner so near its end may want more of it
 
 
 def winner_table(findings: Findings) -> str:
@@ -65,17 +65,6 @@ def _remark(item: Numbers | Choices, found: Value | None) -> str:
         return "not used"
     edge = edge_of(item, found)
     return f"**at the {edge} edge of its range**" if edge else ""
-
-
-def edge_of(item: Numbers | Choices, found: Value | None) -> str:
-    """`lower` or `upper` if a value lies at the end of its range; empty elsewhere."""
-    if isinstance(item, Choices) or found is None or isinstance(found, str):
-        return ""
-    low, high, at = item.low, item.high, float(found)
-    if item.log:
-        low, high, at = math.log(low), math.log(high), math.log(at)
-    near = AT_THE_EDGE * (high - low)
-    return "lower" if at - low <= near else "upper" if high - at <= near else ""
 
 
 def fresh_table(findings: Findings) -> str:
@@ -163,9 +152,7 @@ def _limit(reach: Reach) -> str:
 
 def share_moved(margin: Margin, reach: Reach, item: Numbers) -> float:
     """How far a parameter moves one way without a fall, as a share of its searched range."""
-    if item.log:
-        return abs(math.log(reach.holds / margin.value) / math.log(item.high / item.low))
-    return abs(reach.holds - margin.value) / (item.high - item.low)
+    return abs(moved(item, margin.value, reach.holds))
 
 
 def switches_table(findings: Findings) -> str:
@@ -214,13 +201,9 @@ def final_table(findings: Findings) -> str:
 def near_misses(findings: Findings) -> list[Candidate]:
     """Candidates that walked, the least broken first; those that cannot be walked last."""
     order = sorted(
-        findings.candidates, key=lambda c: (c.state == "infeasible", _broken(c), c.number)
+        findings.candidates, key=lambda c: (c.state == "infeasible", c.missed_by, c.number)
     )
     return order[:NEAREST]
-
-
-def _broken(candidate: Candidate) -> float:
-    return sum(max(0.0, found) for found in candidate.violations if math.isfinite(found))
 
 
 def near_misses_table(findings: Findings) -> str:

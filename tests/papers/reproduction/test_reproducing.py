@@ -34,7 +34,7 @@ reproduction:
 def gaitlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
     """Run a command in a folder with the file of a reproduction; trials are made up."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", pretend_well)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
     (tmp_path / "tiny.yaml").write_text(WHOLE)
 
     def command(*arguments: str) -> Printed:
@@ -109,7 +109,7 @@ def test_every_event_is_a_line_and_says_whose_it_is(gaitlab) -> None:
 
 
 def test_failed_trials_of_any_member_give_their_exit_code(gaitlab, monkeypatch) -> None:
-    monkeypatch.setattr("gaitlab.running.sweep.simulated", _failing)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", _failing)
     found = gaitlab("run", *QUICK, "-j", "0")
     assert found.code == 4
     assert "failed, 1 trial: FAILED: left_leg at tick 7" in found.err
