@@ -15,16 +15,14 @@ from typer.main import get_command
 
 from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
-from gaitlab.cli.exporting import export
 from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
 from gaitlab.cli.printing import say, tell
-from gaitlab.cli.replaying import replay
-from gaitlab.cli.results import QueryCommand, query, report, status
+from gaitlab.cli.replaying import export, replay
+from gaitlab.cli.results import QueryCommand, merge, query, report, status, verify
 from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
-from gaitlab.cli.stores import merge, verify
 from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
 

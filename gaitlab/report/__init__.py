@@ -7,21 +7,18 @@ is in `gaitlab.papers`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
-from gaitlab.documents.outputs import published
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
-from gaitlab.render.figure_style import vector_figures
-from gaitlab.report.forms import write_html, write_tables
+from gaitlab.report.forms import REPORTS, publish
 from gaitlab.report.gather import gather
 from gaitlab.report.page import write_page
 from gaitlab.report.sources import sources
 from gaitlab.store import Store
 
 __all__ = ["write_report"]
-
-REPORTS = Path("reports")
 
 
 def write_report(
@@ -57,9 +54,5 @@ def write_report(
         store.require_one_file(experiment)
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
-    with published(folder, force=force) as place, vector_figures(html or tables):
-        page = write_page(results, sources(experiments, store, results), place)
-        if tables:
-            write_tables(page, results)
-        page = write_html(page) if html else page
-    return folder / page.name
+    write = partial(write_page, results, sources(experiments, store, results))
+    return publish(folder, write, html=html, tables=tables, force=force, results=results)

@@ -11,7 +11,6 @@ from typing import cast
 
 import pandas as pd
 
-from gaitlab.documents.outputs import published
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.shell import called, command, store_option
@@ -20,11 +19,9 @@ from gaitlab.papers.reproduction.document import Reproduction
 from gaitlab.papers.reproduction.headline import headline
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections import how_to_read, section_text
-from gaitlab.render.figure_style import vector_figures
-from gaitlab.report.forms import write_html, write_tables
-from gaitlab.report.forms.tokens import DETAILS
+from gaitlab.report.forms import REPORTS, publish
 from gaitlab.report.gather import gather
-from gaitlab.report.markdown import code, details, escape, fenced, section, table
+from gaitlab.report.markdown import DETAILS, code, details, escape, fenced, section, table
 from gaitlab.report.provenance import common_values, facts_table, seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED
@@ -33,7 +30,6 @@ from gaitlab.report.words import plural
 from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import Store
 
-REPORTS = Path("reports")
 WALKED = "walked_time"  # metric of a trial, in [s]
 QUICK = "**Quick form**: fewer seeds and points than the whole has, as the members below say."
 TABLES = "tables"  # kind of section that the headline is made from
@@ -68,22 +64,18 @@ def write_reproduction(
     """
     results = _results(reproduction, store)
     folder = output or REPORTS / reproduction.name
-    with published(folder, force=force) as place, vector_figures(html or tables):
-        context = Context(
-            results=results,
-            experiments={member.name: member for member in reproduction.members},
-            store=store,
-            folder=place,
-        )
+    members = {member.name: member for member in reproduction.members}
+
+    def write(place: Path) -> Path:
+        context = Context(results=results, experiments=members, store=store, folder=place)
         page = place / "README.md"
         page.write_text(first_page(reproduction, context), encoding="utf-8")
         if any(each.details for each in reproduction.sections):
             second = second_page(reproduction, context)
             page.with_name(DETAILS).write_text(second, encoding="utf-8")
-        if tables:
-            write_tables(page)
-        page = write_html(page) if html else page
-    return folder / page.name
+        return page
+
+    return publish(folder, write, html=html, tables=tables, force=force)
 
 
 def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:

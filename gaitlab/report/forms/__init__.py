@@ -2,7 +2,47 @@
 made here.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gaitlab.documents.outputs import published
+from gaitlab.render.figure_style import vector_figures
 from gaitlab.report.forms.html import html_page, write_html
 from gaitlab.report.forms.tables import write_tables
+from gaitlab.report.results import Results
 
-__all__ = ["html_page", "write_html", "write_tables"]
+__all__ = ["REPORTS", "html_page", "publish", "write_html", "write_tables"]
+
+REPORTS = Path("reports")
+
+
+def publish(
+    folder: Path,
+    write: Callable[[Path], Path],
+    *,
+    html: bool,
+    tables: bool,
+    force: bool,
+    results: Results | None = None,
+) -> Path:
+    """Write a page in all forms into a folder, which appears whole or not at all.
+
+    Args:
+        folder: Of the page and its figures.
+        write: Writes the page of Markdown and its figures into a folder; returns the page.
+        html: Also write the page as one file of HTML.
+        tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
+        results: What the page was computed from, whose cells and trials become CSV too.
+
+    Returns:
+        The page, in HTML if that was asked for.
+    """
+    with published(folder, force=force) as place, vector_figures(html or tables):
+        page = write(place)
+        if tables:
+            write_tables(page, results)
+        page = write_html(page) if html else page
+    return folder / page.name

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from pathlib import Path
 
-from gaitlab.documents.outputs import published
-from gaitlab.errors import UnknownName, UsageError
+from gaitlab.errors import UnknownName
 from gaitlab.experiment import Experiment, Value
 from gaitlab.experiment.shell import called
-from gaitlab.render.figure_style import vector_figures
-from gaitlab.report.forms import write_html, write_tables
 from gaitlab.report.markdown import code, escape
 from gaitlab.report.provenance import common_values, seeds_text
 from gaitlab.report.sources import PROVENANCE
 from gaitlab.report.study.findings import Findings
-from gaitlab.report.study.page import write_pages_together, write_study_page
 from gaitlab.search import History
 from gaitlab.search.database import command_line, history
 from gaitlab.search.fresh import (
@@ -33,54 +28,7 @@ from gaitlab.search.validation import Validation, validate, walk_nothing
 from gaitlab.simulation.trial import PHYSICS_VERSION
 from gaitlab.store import Index, Store
 
-REPORTS = Path("reports")
 LEAST = 8  # candidates; importance of fewer is noise
-
-
-def write_study_report(
-    experiments: Sequence[Experiment],
-    store: Store,
-    output: Path | None = None,
-    *,
-    storage: str | None = None,
-    html: bool = False,
-    tables: bool = False,
-    force: bool = False,
-) -> Path:
-    """Write the report of one or several studies; nothing is simulated.
-
-    Args:
-        experiments: Studies. Several get a page that sets them side by side, with a folder each
-            for their own pages.
-        store: Where the trials are.
-        output: Folder of the page and its figures; by default `reports/<names>`.
-        storage: Address of the database, if it is not the store's own.
-        html: Also write the page as one file of HTML.
-        tables: Also write every table as LaTeX and CSV.
-        force: Also write into a folder that holds files of somebody else.
-
-    Returns:
-        The page, in HTML if that was asked for.
-
-    Raises:
-        UsageError: If one is no study.
-        UnknownName: If one was never searched on this store.
-    """
-    plain = [one.name for one in experiments if one.study is None]
-    if plain:
-        raise UsageError(
-            f"{' and '.join(plain)}: no study, and studies are reported apart from experiments; "
-            "give `gaitlab report` either only studies or only experiments"
-        )
-    found = [findings_of(one, store, storage) for one in experiments]
-    folder = output or REPORTS / "+".join(one.name for one in experiments)
-    single = len(found) == 1
-    with published(folder, force=force) as place, vector_figures(html or tables):
-        page = write_study_page(found[0], place) if single else write_pages_together(found, place)
-        if tables:
-            write_tables(page)
-        page = write_html(page) if html else page
-    return folder / page.name
 
 
 def findings_of(experiment: Experiment, store: Store, storage: str | None = None) -> Findings:

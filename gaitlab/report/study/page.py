@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from gaitlab.errors import UsageError
+from gaitlab.experiment import Experiment
 from gaitlab.render.figure_style import save
+from gaitlab.report.forms import REPORTS, publish
 from gaitlab.report.markdown import DETAILS, escape, fenced, image, section, table, write_pages
 from gaitlab.report.provenance import facts_table
 from gaitlab.report.study import figures, tables
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import Crossing, crossings, crossings_table, score, stable_of
+from gaitlab.report.study.gathering import findings_of
 from gaitlab.report.study.sentences import chance, question, random_command, sentences
 from gaitlab.report.study.words import UNKNOWN, interval, number, objective_axis, objective_text
 from gaitlab.report.words import plural, share, surface_text
 from gaitlab.search.fresh import WINNER
 from gaitlab.statistics import RESAMPLES, wilson
+from gaitlab.store import Store
 
 HOW_TO_READ = f"""\
 Intervals are 95 %: of shares by Wilson, of objectives by drawing the seeds again {RESAMPLES} times.
@@ -33,6 +39,49 @@ For comparison: the closest published tool, [bit-bots/parallel_parameter_search]
 (https://github.com/bit-bots/parallel_parameter_search) of 2022 (13 parameters, PyBullet and
 Webots, one rigid floor, one repetition), gives 8 to 24 hours on a 12-core Ryzen 5900X for 1000
 trials of 10 s a direction."""
+
+
+def write_study_report(
+    experiments: Sequence[Experiment],
+    store: Store,
+    output: Path | None = None,
+    *,
+    storage: str | None = None,
+    html: bool = False,
+    tables: bool = False,
+    force: bool = False,
+) -> Path:
+    """Write the report of one or several studies; nothing is simulated.
+
+    Args:
+        experiments: Studies. Several get a page that sets them side by side, with a folder each
+            for their own pages.
+        store: Where the trials are.
+        output: Folder of the page and its figures; by default `reports/<names>`.
+        storage: Address of the database, if it is not the store's own.
+        html: Also write the page as one file of HTML.
+        tables: Also write every table as LaTeX and CSV.
+        force: Also write into a folder that holds files of somebody else.
+
+    Returns:
+        The page, in HTML if that was asked for.
+
+    Raises:
+        UsageError: If one is no study.
+        UnknownName: If one was never searched on this store.
+    """
+    plain = [one.name for one in experiments if one.study is None]
+    if plain:
+        raise UsageError(
+            f"{' and '.join(plain)}: no study, and studies are reported apart from experiments; "
+            "give `gaitlab report` either only studies or only experiments"
+        )
+    found = [findings_of(one, store, storage) for one in experiments]
+    folder = output or REPORTS / "+".join(one.name for one in experiments)
+    write = partial(write_pages_together, found)
+    if len(found) == 1:
+        write = partial(write_study_page, found[0])
+    return publish(folder, write, html=html, tables=tables, force=force)
 
 
 def write_study_page(findings: Findings, folder: Path) -> Path:
