@@ -308,7 +308,7 @@ def _walks(store: Path, experiment: str, title: str, paths: Sequence[str]) -> Ta
     rows = [
         [
             *map(str, key),
-            share_text(~cell["fell"].astype(bool)),
+            _up(cell),
             *(spread_text(cell[m], d, f) for m, _, f, d in FIGURES),
         ]
         for key, cell in groups

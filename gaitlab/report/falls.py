@@ -101,7 +101,11 @@ def metrics_table(results: Results) -> str:
     names = [name for name in asked if name in results.trials.columns]
     if results.done.empty or not names:
         return ""
-    rows = [_metric_row(results, name) for name in names]
+    rows = []
+    for name in names:
+        done = [results.done_of(variant) for variant in results.variants]
+        cells = [quartiles(pd.Series(shown_values(name, trials[name]))) for trials in done]
+        rows.append([f"{escape(name)} [{shown_unit(name)}]", *cells])
     return table(["metric", *(escape(v.label) for v in results.variants)], rows, "l")
 
 
@@ -115,9 +119,3 @@ def shown_values(name: str, values: pd.Series) -> np.ndarray:
     """A metric in the unit that the page gives it in; NaN where it is not defined. Shape (n,)."""
     found = pd.to_numeric(values, errors="coerce").to_numpy(dtype=float)
     return np.degrees(found) if lookup(name).unit == "rad" else found
-
-
-def _metric_row(results: Results, name: str) -> list[str]:
-    done = [results.done_of(variant) for variant in results.variants]
-    cells = [quartiles(pd.Series(shown_values(name, trials[name]))) for trials in done]
-    return [f"{escape(name)} [{shown_unit(name)}]", *cells]

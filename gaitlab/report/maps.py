@@ -189,13 +189,12 @@ def _grid_of(
     return Grid(
         title=variant.label if len(results.variants) > 1 else "",
         rows=_titles(results.rows, results.row_values),
-        columns=[_column_title(results, value) for value in results.column_values],
+        columns=[
+            column_text(results, value) if results.columns == "surface" else value_text(value)
+            for value in results.column_values
+        ],
         squares=squares,
     )
-
-
-def _column_title(results: Results, value: Value) -> str:
-    return column_text(results, value) if results.columns == "surface" else value_text(value)
 
 
 def _titles(path: str, values: Sequence[Value]) -> list[str]:

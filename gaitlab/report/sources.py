@@ -25,7 +25,6 @@ from gaitlab.report.results import Results
 from gaitlab.report.words import plural, surface_text
 from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from gaitlab.store import Store
-from gaitlab.surfaces import Surface
 
 PROVENANCE = (
     *("gaitlab_version", "pybullet_version", "numpy_version", "numba_version", "python_version"),
@@ -37,10 +36,15 @@ MACHINE = ("git_commit", "host")
 def sources(experiments: Sequence[Experiment], store: Store, results: Results) -> Sources:
     """Digests, versions, seeds and parameters of everything that took part."""
     runs = [command("run", [experiment], store.path) for experiment in experiments]
+    grounds = {
+        surface_text(name): ground
+        for experiment in experiments
+        for name, ground in experiment.parts.surfaces.items()
+    }
     return Sources(
         facts=_facts(experiments, results),
         parts=list(_parts(experiments, results)),
-        grounds=ground_table(_grounds(experiments)),
+        grounds=ground_table(grounds),
         command="\n".join([*runs, command("report", experiments, store.path)]),
         runs="\n".join(runs),
         with_seeds=lambda seeds: _with_seeds(experiments, store, seeds),
@@ -128,14 +132,6 @@ def _ground_parts(
                     title=title, path="surface", value=ground, varied=varied, notes=notes[name]
                 )
             seen.add(title)
-
-
-def _grounds(experiments: Sequence[Experiment]) -> dict[str, Surface]:
-    """Every ground by its title."""
-    found: dict[str, Surface] = {}
-    for experiment in experiments:
-        found |= {surface_text(k): v for k, v in experiment.parts.surfaces.items()}
-    return found
 
 
 def _varied(experiments: Sequence[Experiment], results: Results) -> Iterator[str]:

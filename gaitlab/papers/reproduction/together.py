@@ -52,7 +52,11 @@ def shown_variants(
             are, as without them the member's name, the label of a member's only variant.
     """
     pairs = [(name, variant) for name in experiments for variant in results[name].variants]
-    plain = [_words(name, variant, results[name], labels) for name, variant in pairs]
+    plain = []
+    for name, variant in pairs:
+        alone = labels.get(name, name) if len(results[name].variants) == 1 else None
+        found = labels.get(f"{name}/{variant.label}") or alone or labels.get(variant.label)
+        plain.append(found or variant.label)
     return [
         Shown(
             label=own if plain.count(own) == 1 else f"{labels.get(name, name)}: {own}",
@@ -62,12 +66,6 @@ def shown_variants(
         )
         for (name, variant), own in zip(pairs, plain, strict=True)
     ]
-
-
-def _words(name: str, variant: Variant, results: Results, labels: Mapping[str, str]) -> str:
-    alone = labels.get(name, name) if len(results.variants) == 1 else None
-    found = labels.get(f"{name}/{variant.label}") or alone or labels.get(variant.label)
-    return found or variant.label
 
 
 def require_labels(shown: Sequence[Shown], names: Iterable[str]) -> None:

@@ -88,7 +88,8 @@ def foot_figure(walks: Sequence[RepresentativeTrial]) -> Figure:
         figure = new_figure(height=2 * (PANEL + 0.45) + 0.8)
         axes = figure.subplots(2, len(walks), squeeze=False, sharey=True)
         for column, walk, both, shown in zip(axes.T, walks, paths, rows, strict=True):
-            left = _left_edge(both, width)
+            x = np.concatenate([point[:, 0] for foot in both for point in foot])
+            left = float(0.5 * (x.min() + x.max()) - 0.5 * width)
             for foot, axis in enumerate(column):
                 _draw(axis, walk, both[foot], shown)
                 axis.set_xlim(left, left + width)
@@ -122,11 +123,6 @@ def _heights(
         top = min(top, max(walk.log.header.pile_height for walk in walks) + HIGHEST)
         top = max(top, *(foot.toe[-1, 1] for both in fallen for foot in both))  # where crosses are
     return min(-0.008, float(bottom) - 0.004), float(top) + 0.012
-
-
-def _left_edge(both: Sequence[Paths], width: float) -> float:
-    x = np.concatenate([point[:, 0] for foot in both for point in foot])
-    return float(0.5 * (x.min() + x.max()) - 0.5 * width)
 
 
 def _draw(axis: Axes, walk: RepresentativeTrial, paths: Paths, rows: slice) -> None:

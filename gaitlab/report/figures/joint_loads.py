@@ -48,18 +48,18 @@ def most_loaded(walk: RepresentativeTrial, rows: slice) -> list[Load]:
         for joint, limit in zip(header.joints, header.torque_limits, strict=True)
         if limit > 0.0
     ]
-    loads = [_load(walk, joint, limit, rows) for joint, limit in driven]
+    loads = []
+    for joint, limit in driven:
+        torque = np.abs(walk.log[f"{joint}_torque"][rows])
+        loads.append(
+            Load(
+                joint=joint,
+                limits=(_range_of(walk, joint), _speeds_of(walk, joint), (-limit, limit)),
+                peak=float(torque.max() / limit),
+                saturated=torque >= NEAR_LIMIT * limit,
+            )
+        )
     return sorted(loads, key=lambda load: (-load.saturated.sum(), -load.peak))[:JOINTS]
-
-
-def _load(walk: RepresentativeTrial, joint: str, limit: float, rows: slice) -> Load:
-    torque = np.abs(walk.log[f"{joint}_torque"][rows])
-    return Load(
-        joint=joint,
-        limits=(_range_of(walk, joint), _speeds_of(walk, joint), (-limit, limit)),
-        peak=float(torque.max() / limit),
-        saturated=torque >= NEAR_LIMIT * limit,
-    )
 
 
 def _range_of(walk: RepresentativeTrial, name: str) -> tuple[float, float]:

@@ -106,16 +106,12 @@ def _arranged(tokens: Sequence[Token], titles: Mapping[int, Heading]) -> list[To
     for index, heading in titles.items():
         arranged[index].attrSet("id", heading.anchor)
     for index, token in enumerate(arranged):
-        if token.type == "inline" and _is_image(token):
+        if [child.type for child in token.children or ()] == ["image"]:
             arranged[index - 1].hidden = arranged[index + 1].hidden = True
         if token.type == "td_open" and arranged[index - 1].type == "tr_open":
             token.tag = arranged[index + 2].tag = "th"
             token.attrSet("scope", "row")
     return [token for part in _without_empty_heads(arranged) for token in part]
-
-
-def _is_image(token: Token) -> bool:
-    return [child.type for child in token.children or ()] == ["image"]
 
 
 def _without_empty_heads(tokens: Sequence[Token]) -> list[Sequence[Token]]:

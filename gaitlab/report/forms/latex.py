@@ -112,6 +112,12 @@ def latex_table(table: PageTable, caption: str, label: str, notes: Sequence[str]
     small = r"\footnotesize" if len(table.header) >= MANY_COLUMNS else r"\small"
     rows = [table.header, *table.rows]
     head = [_line(table.header), r"\midrule"] if any(plain(c) for c in table.header) else []
+    longest = [max(len(plain(row[i])) for row in rows) for i in range(len(table.align))]
+    total = sum(longest)
+    columns = "".join(
+        letter if length <= LONG else _broken(length / total)
+        for letter, length in zip(table.align, longest, strict=True)
+    )
     return "\n".join(
         [
             *comments,
@@ -120,7 +126,7 @@ def latex_table(table: PageTable, caption: str, label: str, notes: Sequence[str]
             rf"\caption{{{text(caption)}}}",
             rf"\label{{tab:{label}}}",
             FITTED,
-            rf"\begin{{tabular}}{{{_columns(rows, table.align)}}}",
+            rf"\begin{{tabular}}{{{columns}}}",
             r"\toprule",
             *head,
             *(_line(row) for row in table.rows),
@@ -137,16 +143,6 @@ def _line(cells: Sequence[Token]) -> str:
     texts = [cell(item) for item in cells]
     guard = "{}" if texts and texts[0].startswith(("[", "*")) else ""
     return f"{guard}{' & '.join(texts)} \\\\"
-
-
-def _columns(rows: Sequence[Sequence[Token]], align: str) -> str:
-    """One letter a column; columns with long text take their share of the line."""
-    longest = [max(len(plain(row[i])) for row in rows) for i in range(len(align))]
-    total = sum(longest)
-    return "".join(
-        letter if length <= LONG else _broken(length / total)
-        for letter, length in zip(align, longest, strict=True)
-    )
 
 
 def _broken(share: float) -> str:

@@ -170,14 +170,10 @@ def write_tidy(results: Results, folder: Path) -> None:
     """Write cells.csv and trials.csv; the same results give the same bytes."""
     frames = {"cells.csv": cells_frame(results), "trials.csv": trials_frame(results)}
     for name, frame in frames.items():
-        _shown(frame).to_csv(folder / name, index=False, lineterminator="\n", encoding="utf-8")
-
-
-def _shown(frame: pd.DataFrame) -> pd.DataFrame:
-    """The frame with its texts as a spreadsheet shows them."""
-    texts = frame.select_dtypes(["str", "object"])
-    cells = {name: [_cell(value) for value in texts[name]] for name in texts}
-    return frame.assign(**cells).rename(columns=_cell)
+        texts = frame.select_dtypes(["str", "object"])
+        cells = {name: [_cell(value) for value in texts[name]] for name in texts}
+        shown = frame.assign(**cells).rename(columns=_cell)
+        shown.to_csv(folder / name, index=False, lineterminator="\n", encoding="utf-8")
 
 
 def _cell(value: object) -> object:

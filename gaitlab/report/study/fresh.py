@@ -124,7 +124,8 @@ def crossings(findings: Findings) -> dict[str, dict[str, Crossing]]:
     """The walked combinations by label and ground; only those that have any result."""
     rows = {}
     for rerun in findings.reruns:
-        cells = {ground: _crossing(findings, rerun, ground) for ground in _grounds(rerun)}
+        grounds = dict.fromkeys(walk.surface for walk in rerun.walks)
+        cells = {ground: _crossing(findings, rerun, ground) for ground in grounds}
         if any(cell.n for cell in cells.values()):
             rows[_row_label(findings, rerun)] = cells
     return rows
@@ -137,10 +138,6 @@ def _row_label(findings: Findings, rerun: Rerun) -> str:
     if rerun.label == RANDOM:
         return f"{grounds}, random search"
     return "nothing, hand-set default"
-
-
-def _grounds(rerun: Rerun) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(walk.surface for walk in rerun.walks))
 
 
 def _crossing(findings: Findings, rerun: Rerun, ground: str) -> Crossing:

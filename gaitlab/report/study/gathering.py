@@ -42,6 +42,9 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
     checked = validate(past, store, walk_nothing)
     chance, index = _chance(experiment, store, storage), store.index()
     walked = {trial_id for candidate in past.candidates for trial_id in candidate.trial_ids}
+    records = (store.record(trial_id) for trial_id in walked if trial_id in index.entries)
+    times = (record.provenance.get("wall_time") for record in records)
+    wall = sum(float(time) for time in times if isinstance(time, (int, float)))
     return Findings(
         experiment=experiment,
         candidates=past.candidates,
@@ -52,7 +55,7 @@ def findings_of(experiment: Experiment, store: Store, storage: str | None = None
         importance=_importance(past),
         used=past.used,
         planned=past.planned,
-        wall=_wall(walked, index, store),
+        wall=wall,
         defaults={item.path: _default(experiment, item.path) for item in past.study.search},
         reruns=tuple(_reruns(checked, chance, store)),
         margins=checked.margins if checked else None,
@@ -76,13 +79,6 @@ def _importance(past: History) -> list[Mapping[str, float]]:
 def _default(experiment: Experiment, path: str) -> Value | None:
     found = experiment.parts.base_values(path)
     return found[0] if len(found) == 1 else None
-
-
-def _wall(walked: set[str], index: Index, store: Store) -> float:
-    """Time that workers spent on the walks of the search, in [s]."""
-    records = (store.record(trial_id) for trial_id in walked if trial_id in index.entries)
-    times = (record.provenance.get("wall_time") for record in records)
-    return sum(float(time) for time in times if isinstance(time, (int, float)))
 
 
 def _reruns(checked: Validation | None, chance: History | None, store: Store) -> Iterator[Rerun]:

@@ -89,11 +89,16 @@ def write_study_page(findings: Findings, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     rows = crossings(findings)
     picture = _picture(findings, rows, folder)
+    found: list[str] = []
+    if findings.chosen:
+        found = [tables.fresh_table(findings), tables.winner_table(findings)]
+    elif findings.candidates:
+        found = ["The nearest misses:", tables.near_misses_table(findings)]
     first = [
         f"# {escape(findings.experiment.title or findings.experiment.name)}",
         escape(findings.experiment.description),
         question(findings) if findings.candidates else "No candidate has been tried yet.",
-        *(_found(findings) if findings.chosen else _nothing_found(findings)),
+        *found,
         picture,
         sentences(findings) if findings.candidates else "",
         _next(findings),
@@ -102,23 +107,14 @@ def write_study_page(findings: Findings, folder: Path) -> Path:
     return write_pages(folder, first, _second(findings, rows, folder))
 
 
-def _found(findings: Findings) -> list[str]:
-    return [tables.fresh_table(findings), tables.winner_table(findings)]
-
-
-def _nothing_found(findings: Findings) -> list[str]:
-    if not findings.candidates:
-        return []
-    return ["The nearest misses:", tables.near_misses_table(findings)]
-
-
 def _picture(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path) -> str:
     """How far the winner may drift; without that where it walks, or how the search went."""
     margins = findings.margins
     if margins is not None and margins.seeds and margins.numbers:
         alt = "How far each parameter may move from the winner before a seed falls"
         return _figure(figures.margins(findings, margins.numbers), folder, "margins", alt)
-    return _crossings(rows, findings, folder) or _history(findings, folder)
+    axis = objective_axis(findings.study.objectives[0])
+    return _crossings_picture(rows, axis, folder) or _history(findings, folder)
 
 
 def _next(findings: Findings) -> str:
@@ -184,10 +180,6 @@ def _part(title: str, body: str, note: str = "") -> str:
 def _figure(figure: Figure, folder: Path, name: str, alt: str) -> str:
     save(figure, folder, name)
     return image(alt, f"{name}.png")
-
-
-def _crossings(rows: dict[str, dict[str, Crossing]], findings: Findings, folder: Path) -> str:
-    return _crossings_picture(rows, objective_axis(findings.study.objectives[0]), folder)
 
 
 def _crossings_picture(rows: dict[str, dict[str, Crossing]], units: str, folder: Path) -> str:

@@ -45,7 +45,7 @@ def winner_table(findings: Findings) -> str:
             escape(value(winner.values.get(item.path), findings.unit(item.path))),
             escape(value(findings.defaults.get(item.path), findings.unit(item.path))),
             escape(range_text(item, findings.unit(item.path))),
-            _importance(findings, item.path),
+            ", ".join(f"{of.get(item.path, 0.0):.0%}" for of in findings.importance if of),
             _remark(item, winner.values.get(item.path)),
         ]
         for item in findings.study.search
@@ -53,11 +53,6 @@ def winner_table(findings: Findings) -> str:
     return table(
         ["parameter", "winner", "hand-set default", "searched", "importance", ""], rows, "lrrlrl"
     )
-
-
-def _importance(findings: Findings, path: str) -> str:
-    """Share of what separates good candidates from others, one number an objective."""
-    return ", ".join(f"{of.get(path, 0.0):.0%}" for of in findings.importance if of)
 
 
 def _remark(item: Numbers | Choices, found: Value | None) -> str:

@@ -200,10 +200,13 @@ def _effects(
     labels = [names[j].replace(", ", "\n", 1) for j in order]
     save(effect_dots(panels, labels, UNIT), context.folder, file)
     told = " ".join(_told(title, fit, names) for title, fit in fits.items())
+    rows = [[escape(names[j]), *(_effect(f.effects[j]) for f in fits.values())] for j in order]
+    rows.append(["R² (adjusted)", *map(_explained, fits.values())])
+    head = ["quantity, low to high", *(f"{escape(title)} [points]" for title in fits)]
     return [
         told,
         image("Effect of every quantity on the improvement and on both shares", f"{file}.png"),
-        _effect_table(fits, names, order),
+        table(head, rows, "l"),
         METHOD,
     ]
 
@@ -221,15 +224,6 @@ def _told(title: str, fit: LinearEffects, names: Sequence[str]) -> str:
     if found:
         return f"{subject} hangs on {', '.join(map(escape, found))}."
     return f"{subject} hangs on none of them by more than chance would make it seem."
-
-
-def _effect_table(
-    fits: Mapping[str, LinearEffects], names: Sequence[str], order: Sequence[int]
-) -> str:
-    rows = [[escape(names[j]), *(_effect(f.effects[j]) for f in fits.values())] for j in order]
-    rows.append(["R² (adjusted)", *map(_explained, fits.values())])
-    head = ["quantity, low to high", *(f"{escape(title)} [points]" for title in fits)]
-    return table(head, rows, "l")
 
 
 def _explained(fit: LinearEffects) -> str:

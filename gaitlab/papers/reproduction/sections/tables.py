@@ -90,11 +90,14 @@ def tables_section(section: Section, context: Context) -> str:
         return "No variant here answers to a printed table; an experiment says so by `compare:`."
     cells = {id(answer): judged(answer, calibrated) for answer in found}
     every = [(answer, cells[id(answer)]) for answer in found]
+    told = (order_sentence(answer, cells) for answer, cells in every)
+    lines = "\n".join(f"- {text}" for text in told if text)
+    order = f"### Order of the pedestals\n\n{lines}" if lines else ""
     blocks = [
         f"{LEGEND} The printed distance is read as {_reading(found[0])}.",
         *(_matrix(answer, judgements, found) for answer, judgements in every),
         _agreement(every),
-        _order(every),
+        order,
         _efficiency(first_answers(found)),
     ]
     return "\n\n".join(block for block in blocks if block)
@@ -115,10 +118,11 @@ def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) ->
     rows = list(dict.fromkeys(cell.place.printed for cell in cells))
     rows.sort(key=lambda row: row < 0.0)
     at = {cell.place: cell for cell in cells}
+    reading = answer.table.readings[answer.results.reading]
     body = [
         [
             f"{ReferenceCell(row, '').direction} {abs(row):g}",
-            f"{_metres(answer, row):+.3g} m",
+            f"{row * reading.one:+.3g} m",
             *(
                 _cell(at[ReferenceCell(row, g)]) if ReferenceCell(row, g) in at else NOTHING
                 for g in grounds
@@ -132,10 +136,6 @@ def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) ->
 
 def _reading(answer: Answer) -> str:
     return answer.table.readings[answer.results.reading].text
-
-
-def _metres(answer: Answer, printed: float) -> float:
-    return printed * answer.table.readings[answer.results.reading].one
 
 
 def _pedestal(answer: Answer, ground: str) -> str:
@@ -182,13 +182,6 @@ def _agreement(every: Every) -> str:
                 )
     head = ["cells", "as printed [95 %]", "strict", "always S", "best constant a ground"]
     return f"### Agreement\n\n{table(head, rows, 'l')}\n\n{STRICT} {GUESSES} {BACKWARD}"
-
-
-def _order(every: Every) -> str:
-    """The grounds from the longest stable forward step to the shortest."""
-    told = (order_sentence(answer, cells) for answer, cells in every)
-    lines = "\n".join(f"- {text}" for text in told if text)
-    return f"### Order of the pedestals\n\n{lines}" if lines else ""
 
 
 def _efficiency(first: Sequence[Answer]) -> str:

@@ -188,7 +188,12 @@ def _extent(found: _Compared) -> str:
 
 def _table(found: _Compared) -> str:
     """Each variant with its share, its efficiency, its base and the printed cells it meets."""
-    gaps = _gaps(found)
+    pairs = [(one, matched(found.results, found.variant(base), found.variant(one)))
+             for one, base in found.pairs]  # fmt: skip
+    walked = [(one, runs.contrast("stable")) for one, runs in pairs]
+    walked = [(one, contrast) for one, contrast in walked if contrast.n]
+    told = judged([contrast for _, contrast in walked])
+    gaps = {one.label: _gap(gap) for (one, _), gap in zip(walked, told, strict=True)}
     cells = {one.label: _judged(one) for one in found.shown}
     beside = any(cells.values())
     head = ["", "stable runs", "efficiency [95 %]", "less its base [95 %]", "base"]
@@ -206,16 +211,6 @@ def _shares(found: _Compared, one: Shown) -> tuple[str, str]:
     alike = {g: column for g, column in cells.items() if g in found.common} or cells
     every = [cell for column in alike.values() for cell in column]
     return _share(_count(every)) if every else NOTHING, _efficiency(alike)
-
-
-def _gaps(found: _Compared) -> dict[str, str]:
-    """What each variant with a base changes, all of them one family of tests."""
-    pairs = [(one, matched(found.results, found.variant(base), found.variant(one)))
-             for one, base in found.pairs]  # fmt: skip
-    walked = [(one, runs.contrast("stable")) for one, runs in pairs]
-    walked = [(one, contrast) for one, contrast in walked if contrast.n]
-    told = judged([contrast for _, contrast in walked])
-    return {one.label: _gap(gap) for (one, _), gap in zip(walked, told, strict=True)}
 
 
 def _gap(contrast: Contrast) -> str:
