@@ -128,27 +128,24 @@ def _outcome(done: Mapping[str, Summary], found: Summary, options: RunOptions) -
     if options.as_json:
         members = {name: summary_object(summary) for name, summary in done.items()}
         return json.dumps({**summary_object(found), "members": members})
-    return (
-        f"{columns(('experiment', *COUNTED), _rows(done))}\n\n{summary_text(found, options.again)}"
-    )
-
-
-def _rows(done: Mapping[str, Summary]) -> list[list[str]]:
-    return [[name, *(str(getattr(one, key)) for key in COUNTED)] for name, one in done.items()]
+    rows = [[name, *(str(getattr(one, key)) for key in COUNTED)] for name, one in done.items()]
+    return f"{columns(('experiment', *COUNTED), rows)}\n\n{summary_text(found, options.again)}"
 
 
 def _plans(members: Sequence[Experiment], store: Store, options: RunOptions) -> str:
     """What would run of each member, and of all of them together."""
     found = {member.name: outlook(member, store) for member in members}
-    needed = {
-        member.name: cost(plan(member), _due(found[member.name], options), options.workers)
-        for member in members
-    }
+    needed = {}
+    for member in members:
+        due = sum(found[member.name].due(options.retry_failed).values())
+        needed[member.name] = cost(plan(member), due, options.workers)
     whole = _sum(list(needed.values()))
+    planned = sum(one.planned for one in found.values())
+    cached = sum(one.count("cached") for one in found.values())
     if options.as_json or options.json_lines:
         plans_object = {
-            "planned": sum(one.planned for one in found.values()),
-            "cached": sum(one.count("cached") for one in found.values()),
+            "planned": planned,
+            "cached": cached,
             "to_run": whole.trials,
             "seconds": round(whole.seconds),
             "bytes": round(whole.size),
@@ -157,18 +154,12 @@ def _plans(members: Sequence[Experiment], store: Store, options: RunOptions) -> 
         return json.dumps(plans_object)
     rows = [[name, *_plan_cells(found[name], needed[name])] for name in found]
     head = ("experiment", "cells", "planned", "cached", "to run", "up to", "logs up to")
-    planned = sum(one.planned for one in found.values())
-    cached = sum(one.count("cached") for one in found.values())
     counts = f"{plural(planned, 'trial')} in {plural(len(members), 'experiment')}: {cached} cached"
     cost_text = f"up to {duration(whole.seconds)} and {size(whole.size)}"
     code = sorted({file for one in found.values() for file in one.own_code})
     notes = [f"this reproduction runs code of your own: {file}" for file in code]
     total_line = f"{counts}, {whole.trials} to run, {cost_text}"
     return "\n".join([columns(head, rows), "", total_line, *notes])
-
-
-def _due(found: Outlook, options: RunOptions) -> int:
-    return sum(found.due(options.retry_failed).values())
 
 
 def _plan_cells(found: Outlook, needed: Cost) -> list[str]:

@@ -8,6 +8,7 @@ import itertools
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from enum import Enum
 from functools import partial
 from pathlib import Path
@@ -187,7 +188,8 @@ def status(
     from gaitlab.store import Store
 
     results = Store(store)
-    index = _rebuilt(results) if rebuild else results.index()
+    with results.lock() if rebuild else nullcontext():
+        index = results.rebuild() if rebuild else results.index()
     lists, damaged = results.lists()
     wanted = list(lists) if experiment is None else _registered_names(experiment, lists, results)
     chosen = {
@@ -256,11 +258,6 @@ def _registered_names(experiment: str, lists: Mapping[str, TrialList], results: 
         wanted = load_experiment(experiment)
         results.require_one_file(wanted)
         return [wanted.listed_as]
-
-
-def _rebuilt(results: Store) -> Index:
-    with results.lock():
-        return results.rebuild()
 
 
 def _status_row(found: TrialList, index: Index) -> list[str]:

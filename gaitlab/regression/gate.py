@@ -140,7 +140,7 @@ def undecided(
         outcome,
         declared=_declared(before, tonight),
         surroundings=_surroundings(before, tonight),
-        differing=_differing(pairs),
+        differing=[now.trial_id for then, now in pairs if not _same_bits(then, now)],
         compared=len(pairs),
         commits=found if all(found) else [],
     )
@@ -189,10 +189,6 @@ def _same_trials(before: Baseline, tonight: Baseline) -> list[tuple[Walk, Walk]]
 
 def _same_bits(then: Walk, now: Walk) -> bool:
     return (then.state, then.log_digest) == (now.state, now.log_digest)
-
-
-def _differing(pairs: Sequence[tuple[Walk, Walk]]) -> list[str]:
-    return [now.trial_id for then, now in pairs if not _same_bits(then, now)]
 
 
 def _redefined(pairs: Sequence[tuple[Walk, Walk]]) -> str:

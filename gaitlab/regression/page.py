@@ -24,6 +24,7 @@ def outcome_page(experiment: str, outcome: GateResult) -> str:
         lines.append(f"- Declared: {', '.join(outcome.declared)} changed since the baseline.")
     for name, then, now in outcome.surroundings:
         lines.append(f"- {name.replace('_', ' ')}: {then} -> {now}")
+    code = f"Code: {' -> '.join(outcome.commits)}"  # for whoever looks for the culprit
     blocks = [
         f"# {headline(experiment, outcome)}",
         _sentence(outcome),
@@ -32,7 +33,7 @@ def outcome_page(experiment: str, outcome: GateResult) -> str:
         _how(outcome),
         "\n".join(lines),
         _trials(outcome),
-        _seams(outcome),
+        code if outcome.commits and outcome.mode != "exact" else "",
     ]
     return "\n\n".join(block for block in blocks if block)
 
@@ -238,13 +239,6 @@ def _trials(outcome: GateResult) -> str:
         f"Other bits in {len(outcome.differing)} of {outcome.compared} trials whose declared "
         f"values have not changed; {why}. They are {named}."
     )
-
-
-def _seams(outcome: GateResult) -> str:
-    """From which code to which, for whoever looks for the culprit."""
-    if not outcome.commits or outcome.mode == "exact":
-        return ""
-    return f"Code: {' -> '.join(outcome.commits)}"
 
 
 def outcome_json(experiment: str, outcome: GateResult) -> str:

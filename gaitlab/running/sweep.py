@@ -89,7 +89,9 @@ class _Sweep:
                 if len(self.store.compact().entries) >= TABLE_FROM:
                     self.store.tabulate()
             except StoreFull as error:
-                raise StoreFull(f"{error} {self._needed(planned)}") from error
+                left = self.summary.left or planned.size
+                room = _megabytes(cost(planned, left, 1).size)
+                raise StoreFull(f"{error} The {left} trials left need up to {room}.") from error
         return self.summary
 
     def _run(self, executor: Executor, planned: Plan) -> None:
@@ -216,10 +218,6 @@ class _Sweep:
         executor.drain()
         self.summary = replace(self.summary, interrupted=True)
         self._message(f"stopping: {executor.running} running trials are finished first")
-
-    def _needed(self, planned: Plan) -> str:
-        left = self.summary.left or planned.size
-        return f"The {left} trials left need up to {_megabytes(cost(planned, left, 1).size)}."
 
     def _warn_of_little_room(self, planned: Plan) -> None:
         needed = cost(planned, self.summary.left, 1).size

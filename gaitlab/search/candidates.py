@@ -81,17 +81,15 @@ class History:
 
     def __post_init__(self) -> None:
         front = pareto_front(self.study, self.candidates)
+        best = next(iter((*pareto_front(self.study, self.finals), *front)), None)
         derived = {
             "front": front,
-            "best": self._best(front) if len(self.study.objectives) == 1 else None,
+            "best": best if len(self.study.objectives) == 1 else None,
             "used": sum(candidate.simulated for candidate in self.candidates),
             "planned": sum(self._in_full(candidate) for candidate in self.candidates),
         }
         for name, value in derived.items():
             object.__setattr__(self, name, value)
-
-    def _best(self, front: Sequence[Candidate]) -> Candidate | None:
-        return next(iter((*pareto_front(self.study, self.finals), *front)), None)
 
     @property
     def study(self) -> Study:

@@ -173,20 +173,11 @@ def _worse(pairs: Sequence[float], doubt: float) -> bool:
     """
     if len(pairs) < 2 or sum(pairs) >= 0.0:
         return False
+    from scipy.stats import t, wilcoxon
+
     different = [pair for pair in pairs if pair]
-    sure = 0.5 ** len(different) <= doubt
-    return _by_rank(different, doubt) if sure else _by_mean(pairs, doubt)
-
-
-def _by_rank(pairs: Sequence[float], doubt: float) -> bool:
-    from scipy.stats import wilcoxon
-
-    return bool(wilcoxon(pairs, alternative="less").pvalue <= doubt)
-
-
-def _by_mean(pairs: Sequence[float], doubt: float) -> bool:
-    from scipy.stats import t
-
+    if 0.5 ** len(different) <= doubt:
+        return bool(wilcoxon(different, alternative="less").pvalue <= doubt)
     n = len(pairs)
     mean = sum(pairs) / n
     scatter = sqrt(sum((pair - mean) ** 2 for pair in pairs) / (n - 1))

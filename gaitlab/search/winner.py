@@ -104,7 +104,8 @@ def _standing_alone(node: Node) -> Node:
 
 def _head(history: History, winner: Candidate) -> list[str]:
     experiment, study = history.experiment, history.study
-    seeds, grounds = _seen(history), ", ".join(experiment.parts.surfaces)
+    seeds = final_seeds(experiment) if history.finals else experiment.seeds
+    grounds = ", ".join(experiment.parts.surfaces)
     version = provenance(0.0)["gaitlab_version"]
     return [
         f"{FIRST_LINE} Candidate {winner.number} of {len(history.candidates)} of the study "
@@ -119,12 +120,6 @@ def _head(history: History, winner: Candidate) -> list[str]:
         f"# Seeds of the search: {min(seeds)} to {max(seeds)}. Digest of the study: "
         f"{experiment.digest[:16]}. gaitlab {version}.",
     ]
-
-
-def _seen(history: History) -> Sequence[int]:
-    """Seeds that the search, or its final, has walked with."""
-    experiment = history.experiment
-    return final_seeds(experiment) if history.finals else experiment.seeds
 
 
 def objective_text(history: History, candidate: Candidate, place: int) -> str:

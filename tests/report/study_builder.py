@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import Literal
 
@@ -20,6 +20,7 @@ from gaitlab.experiment.study import (
     Study,
 )
 from gaitlab.report.study.findings import Findings
+from gaitlab.search import Candidate
 from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
 from gaitlab.search.margins import Margin, Margins, Reach, Switch
 from gaitlab.search.objectives import TrialOutcome
@@ -40,20 +41,6 @@ SEARCH = (
         when=Condition(path="gait.heel_strike", values=("add",)),
     ),
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tried:
-    """A candidate as the page wants it."""
-
-    number: int
-    values: dict[str, Value]
-    state: Literal["done", "pruned", "infeasible"]
-    objectives: tuple[float, ...]
-    violations: tuple[float, ...]
-    feasible: bool
-    seeds: int
-    batch: int
 
 
 def study(objectives: tuple[Objective, ...] = (SPEED,)) -> Study:
@@ -80,7 +67,7 @@ def toy_experiment(objectives: tuple[Objective, ...] = (SPEED,)) -> Experiment:
     return replace(read, name="toy_study", title=title, axes=(), study=study(objectives))
 
 
-def tried(count: int = 40, objectives: int = 1) -> list[Tried]:
+def tried(count: int = 40, objectives: int = 1) -> list[Candidate]:
     """Candidates that get better; every seventh cannot be walked, every third is given up."""
     generator = np.random.default_rng(1)
     found = []
@@ -102,7 +89,7 @@ def tried(count: int = 40, objectives: int = 1) -> list[Tried]:
         broken = 0.4 - 0.02 * number if number < 20 else -0.3
         numbers = (speed, 0.3 - speed + 0.05 * float(generator.random()))[:objectives]
         found.append(
-            Tried(
+            Candidate(
                 number=number,
                 values=values,
                 state=state,
@@ -110,7 +97,9 @@ def tried(count: int = 40, objectives: int = 1) -> list[Tried]:
                 violations=(inf,) if state == "infeasible" else (broken, 0.0),
                 feasible=state != "infeasible" and broken <= 0,
                 seeds={"done": 8, "pruned": 2, "infeasible": 0}[state],
+                trial_ids=(),
                 batch=8 * (number // 8),
+                simulated=0.0,
             )
         )
     return found
