@@ -55,6 +55,7 @@ from gaitlab.papers.page import (
     PrintedTable,
     Table,
     assumptions_of,
+    default_text,
     errata_of,
     matrix,
     text_of,
@@ -217,9 +218,7 @@ def _assumptions() -> Iterator[tuple[str, str]]:
     for cls in (Robot, Gait):
         for item in parameters(cls):
             if item.source.startswith(("assumption", "reconstruction")):
-                shown = f"{item.default:.4g}" if isinstance(item.default, float) else item.default
-                unit = "" if item.unit == "-" else f" {item.unit}"
-                yield f"{item.name}: {item.doc}", f"{shown}{unit}; {item.source}"
+                yield f"{item.name}: {item.doc}", f"{default_text(item)}; {item.source}"
     yield from assumptions_of("bioloid")
 
 

@@ -30,7 +30,15 @@ from gaitlab.kinematics.belt_leg import (
 )
 from gaitlab.papers import biped_effects
 from gaitlab.papers.biped_effects import WALK, boundary_angles, lowest_point
-from gaitlab.papers.page import Page, Picture, Table, assumptions_of, errata_of, text_of
+from gaitlab.papers.page import (
+    Page,
+    Picture,
+    Table,
+    assumptions_of,
+    default_text,
+    errata_of,
+    text_of,
+)
 from gaitlab.papers.walks import not_simulated, share_text, spread_text, trials
 from gaitlab.parameters import parameters
 from gaitlab.render.figure_style import BLUE, CYCLE, FAINT, INK, ORANGE, new_figure, save, style
@@ -185,10 +193,7 @@ def _assumptions() -> Iterator[tuple[str, str]]:
     for cls in (Gait, Robot):
         for item in parameters(cls):
             if item.source.startswith("assumption"):
-                number = isinstance(item.default, float)
-                shown = f"{item.default:.4g}" if number else str(item.default)
-                default = shown if item.unit == "-" else f"{shown} {item.unit}"
-                yield f"{item.name}: {item.doc}", default
+                yield f"{item.name}: {item.doc}", default_text(item)
     yield from assumptions_of("biped", biped_effects)
 
 

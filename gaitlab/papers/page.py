@@ -16,6 +16,7 @@ from types import ModuleType
 import numpy as np
 
 from gaitlab.documents import Node, load
+from gaitlab.parameters import Parameter
 from gaitlab.report.markdown import image, section, table
 
 Cell = str | float | int | None
@@ -150,6 +151,12 @@ def errata_of(paper: str, module: ModuleType) -> list[Erratum]:
 def assumptions_of(paper: str, module: ModuleType | None = None) -> list[tuple[str, str]]:
     """What a paper leaves out and what is assumed instead, as its file has it."""
     return [(each["what"], each["assumed"]) for each in _filled(paper, "assumptions", module)]
+
+
+def default_text(item: Parameter) -> str:
+    """Default of a parameter with its unit, if it has one."""
+    shown = f"{item.default:.4g}" if isinstance(item.default, float) else str(item.default)
+    return shown if item.unit == "-" else f"{shown} {item.unit}"
 
 
 def _filled(paper: str, key: str, module: ModuleType | None) -> Iterator[dict[str, str]]:

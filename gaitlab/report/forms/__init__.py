@@ -27,7 +27,7 @@ def publish(
     force: bool,
     results: Results | None = None,
 ) -> Path:
-    """Write a page in all forms into a folder, which appears whole or not at all.
+    """Write a page in all forms into a folder, whose files take their places once all are whole.
 
     Args:
         folder: Of the page and its figures.
