@@ -330,8 +330,10 @@ def test_a_torque_that_no_servo_of_such_a_robot_has_is_no_servo(tmp_path, effort
     loaded = read_back(
         eros.Robot(),
         tmp_path,
-        lambda text: text.replace('effort="1000.0" velocity="100.0"', f'effort="{effort}" velocity="6.0"'),
-    )  # fmt: skip
+        lambda text: text.replace('effort="1000.0"', f'effort="{effort}"').replace(
+            'velocity="100.0"', 'velocity="6.0"'
+        ),
+    )
     torques = {servo.stall_torque for servo in loaded.cls().own_servos.values()}
     assert (torques == {float(effort)}) is stated
     assert (loaded.unstated == ()) is stated
