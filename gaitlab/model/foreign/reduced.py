@@ -19,7 +19,7 @@ import numpy as np
 from gaitlab.errors import WrongValue
 from gaitlab.kinematics.transforms import vector_rotation
 from gaitlab.model.foreign.anatomy import LATERAL, Legs, roles
-from gaitlab.model.foreign.reading import Bodies
+from gaitlab.model.foreign.reading import Bodies, BodyJoint
 from gaitlab.model.foreign.sole import FoundSole, find_sole
 from gaitlab.model.tree import Axis, Box, Joint, Link, Tree, Vector
 
@@ -137,6 +137,16 @@ def plain(name: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
 
 
+def _require_unlike(what: str, names: Sequence[str]) -> None:
+    """Refuse names that only signs told apart which no column and no path can have."""
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise WrongValue(
+            f"two {what} are called {twice[0]!r} once other signs than letters and digits are "
+            "replaced by _; rename one of them"
+        )
+
+
 class _Reduction:
     """The steps of a reduction, with what they share: places of everything in the trunk's frame."""
 
@@ -170,6 +180,8 @@ class _Reduction:
             frames |= {k: (leg.points[i], np.eye(3)) for i, k in enumerate(self.chains[side])}
             frames[self.chains[side][-1]] = (leg.ankle, leg.rotation)
         links = tuple(self._link(k, frames) for k in order)
+        _require_unlike("links", [link.name for link in links])
+        _require_unlike("joints", [link.joint.name for link in links if link.joint])
         held = {plain(self._joint(k).name): self._rest(k) for k in order if self._is_held(k)}
         sole, tilt = self._size(foot_soles[0], left), foot_soles[0].tilt
         other = self._size(foot_soles[1], right, side=1)
@@ -191,7 +203,7 @@ class _Reduction:
             notes=tuple(self.notes),
         )
 
-    def _joint(self, body: int):  # type: ignore[no-untyped-def]
+    def _joint(self, body: int) -> BodyJoint:
         joint = self.robot.bodies[body].joint
         assert joint is not None  # only the root has none
         return joint

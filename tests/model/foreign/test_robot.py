@@ -338,3 +338,13 @@ def test_a_torque_that_no_servo_of_such_a_robot_has_is_no_servo(tmp_path, effort
     assert (torques == {float(effort)}) is stated
     assert (loaded.unstated == ()) is stated
     assert max(torques) < 20.0
+
+
+def test_names_that_only_signs_tell_apart_are_refused(tmp_path: Path) -> None:
+    def rename(text: str) -> str:
+        return text.replace('"left_hip_yaw"', '"hip/yaw"').replace('"right_hip_yaw"', '"hip yaw"')
+
+    with pytest.raises(FileError, match="hip_yaw"):
+        read_back(eros.Robot(), tmp_path, rename)
+    spaced = read_back(nao.Robot(), tmp_path, lambda text: text.replace('"head_yaw"', '"head/yaw"'))
+    assert "head_yaw" in spaced.found.held
