@@ -34,7 +34,7 @@ def obstacles(history: History, store: Store) -> list[str]:
     if not walked:
         return []
     (nearest,) = walked
-    logs = [store.log(trial_id) for trial_id in nearest.trial_ids if _has_log(store, trial_id)]
+    logs = [log for trial_id in nearest.trial_ids if (log := _log(store, trial_id))]
     fallen = [log for log in logs if log.fall_index is not None]
     if not fallen:
         return []
@@ -42,8 +42,11 @@ def obstacles(history: History, store: Store) -> list[str]:
     return [_falls(nearest, len(logs), fallen, robot), _servos(fallen)]
 
 
-def _has_log(store: Store, trial_id: str) -> bool:
-    return store.record(trial_id).state == "DONE"
+def _log(store: Store, trial_id: str) -> TrialLog | None:
+    """Log of a trial; None if it never ran, or if the store has it no more."""
+    with suppress(GaitlabError):
+        return store.log(trial_id)
+    return None
 
 
 def _falls(nearest: Candidate, walked: int, fallen: list[TrialLog], robot: Robot) -> str:
