@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitlab.errors import GaitlabError
-from gaitlab.model.foreign.anatomy import Legs
 from gaitlab.model.foreign.reading import Bodies, Body, some
 from gaitlab.model.foreign.sole import UP, corners
 
@@ -98,26 +97,6 @@ def vertices_of(
         if len(found):
             return found
     return np.empty((0, 3))
-
-
-def vertices_of_feet(
-    robot: Bodies, legs: Legs, file: Path, faults: MutableSequence[MeshFault]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices of the left and the right foot in the root's frame at zero angles, in [m].
-
-    A foot without geometry is the other one's mirror image. Shapes (n, 3), (m, 3).
-    """
-    position, rotation = robot.at_zero
-    left, right = (
-        position[foot] + vertices_of(robot.bodies[foot], file, faults) @ rotation[foot].T
-        for foot in (legs.left[-1], legs.right[-1])
-    )
-    across = legs.base[1]
-    if not len(left) or not len(right):
-        other = left if len(left) else right
-        image = other - 2.0 * np.outer((other - legs.middle) @ across, across)
-        left, right = (left, image) if len(left) else (image, right)
-    return left, right
 
 
 def sentences(faults: Sequence[MeshFault]) -> tuple[str, ...]:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.model.foreign.anatomy import find_legs
 from gaitlab.model.foreign.meshes import (
     MOST_VERTICES,
     MeshFault,
@@ -20,10 +19,8 @@ from gaitlab.model.foreign.meshes import (
     hull_of,
     sentences,
     vertices_of,
-    vertices_of_feet,
 )  # fmt: skip
-from gaitlab.model.foreign.reading import Bodies, Body, Geometry, read_urdf
-from gaitlab.model.foreign.sole import find_sole
+from gaitlab.model.foreign.reading import Body, Geometry, read_urdf
 from gaitlab.model.urdf import urdf
 from gaitlab.robots import eros
 
@@ -287,25 +284,3 @@ def test_a_missing_mesh_is_a_fault_and_the_rest_is_given(tmp_path: Path) -> None
     assert "robot.urdf" in missing
     assert "1 mesh (lfs.stl)" in pointer
     assert len(vertices_of(cut([mesh("c.stl")]), tmp_path / "robot.urdf", faults)) == 0
-
-
-def test_a_foot_without_geometry_is_the_mirror_image_of_the_other() -> None:
-    robot = read_urdf(urdf(eros.Robot().tree, eros.Robot().sole, eros.Robot().feet), Path("r"))
-    legs = find_legs(robot, Path("r"))
-    whole = vertices_of_feet(robot, legs, Path("r"), [])
-
-    def bare(place: int) -> Bodies:
-        bodies = list(robot.bodies)
-        bodies[place] = replace(bodies[place], shapes=())
-        return replace(robot, bodies=tuple(bodies))
-
-    for place in (legs.left[-1], legs.right[-1]):
-        half = vertices_of_feet(bare(place), legs, Path("r"), [])
-        for one, other in zip(whole, half, strict=True):
-            assert np.allclose(ordered(one), ordered(other), atol=1e-9)
-    neither = replace(robot, bodies=tuple(replace(body, shapes=()) for body in robot.bodies))
-    assert [len(foot) for foot in vertices_of_feet(neither, legs, Path("r"), [])] == [0, 0]
-    soles = [find_sole(foot, legs.base) for foot in whole]
-    assert soles[0] is not None
-    assert soles[1] is not None
-    assert soles[0].length == pytest.approx(soles[1].length)

@@ -348,3 +348,19 @@ def test_names_that_only_signs_tell_apart_are_refused(tmp_path: Path) -> None:
         read_back(eros.Robot(), tmp_path, rename)
     spaced = read_back(nao.Robot(), tmp_path, lambda text: text.replace('"head_yaw"', '"head/yaw"'))
     assert "head_yaw" in spaced.found.held
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_foot_without_geometry_has_the_mirror_image_of_the_other_sole(side: int) -> None:
+    whole = bodies(eros.Robot())
+    bare = replace(
+        whole,
+        bodies=tuple(
+            replace(body, shapes=()) if body.name == eros.Robot().feet[side] else body
+            for body in whole.bodies
+        ),
+    )
+    before, after = reduction(whole), reduction(bare)
+    assert tuple(after.sole) == pytest.approx(tuple(before.sole), abs=1e-9)
+    for one, other in zip(before.legs, after.legs, strict=True):
+        assert other.rotation == pytest.approx(one.rotation, abs=1e-9)
