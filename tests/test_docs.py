@@ -12,6 +12,7 @@ import pytest
 from gaitlab.model.foreign.robot_file import load_robot
 from gaitlab.model.urdf import urdf
 from gaitlab.robots import eros
+from gaitlab.search.winner import FIRST_LINE
 from tests.forked import gaitlab
 from tests.synthetic import walk
 
@@ -77,7 +78,8 @@ def field(guide: Path) -> Path:
     (folder / "my.urdf").write_text(urdf(robot.tree, robot.sole, robot.feet))
     drafted = gaitlab("robot", "my.urdf", folder=folder)
     assert drafted.returncode == 0, drafted.stderr
-    shutil.copy(folder / "my_first_walk.yaml", folder / "my_walk.yaml")
+    first = (folder / "my_first_walk.yaml").read_text()
+    (folder / "my_walk.yaml").write_text(f"{FIRST_LINE}\n{first}")
     ran = gaitlab("run", "eros_quick", folder=folder)
     assert ran.returncode == 0, ran.stderr
     return folder

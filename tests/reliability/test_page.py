@@ -24,8 +24,7 @@ PLACES = (ROOT / "tests" / "reliability", ROOT / "tests", ROOT)
 def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In their order, in an empty folder, with trials that are pretended."""
     monkeypatch.chdir(tmp_path)
-    for module in ("sweep", "verify"):
-        monkeypatch.setattr(f"gaitlab.running.{module}.simulated", sweeps.pretend)
+    monkeypatch.setattr("gaitlab.running.processes.simulated", sweeps.pretend)
     dispatch(load_experiment("eros_quick", seeds=2), Store(tmp_path / "other" / "data"), jobs=0)
     assert len(COMMANDS) >= 8
     for command in COMMANDS:
