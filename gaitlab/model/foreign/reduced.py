@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from gaitlab.errors import WrongValue
 from gaitlab.kinematics.transforms import vector_rotation
 from gaitlab.model.foreign.anatomy import LATERAL, Legs, roles
+from gaitlab.model.foreign.leg import FoundLeg, limits_of, standing_angles
 from gaitlab.model.foreign.reading import Bodies, BodyJoint
 from gaitlab.model.foreign.sole import FoundSole, find_sole
 from gaitlab.model.tree import Axis, Box, Joint, Link, Tree, Vector
@@ -30,41 +30,15 @@ BAR = 0.15  # edge of the bar that stands for a body without geometry, as a shar
 OWN_SIDE = 5e-4  # m from the mirror plane, beyond which no leg's box reaches
 CROSS = 0.01  # m, edge of what stands for the bodies between shank and foot, which touch nothing
 UNEQUAL = 0.005  # m by which soles may differ before a user is told
-BENT = float(np.arccos(0.92))  # rad, half of the knee's angle in standing
 
 
-class FoundLeg(NamedTuple):
-    """A leg in the trunk's frame at zero angles.
-
-    Attributes:
-        joints: Names of its joints, from the hip down.
-        axes: Unit vectors. Shape (joints, 3).
-        points: A point on each, in [m]. Shape (joints, 3).
-        limits: In [rad]. Shape (joints, 2).
-        pitch: Places of hip, knee and ankle among the joints.
-        ankle: Origin of the foot's frame, in [m]. Shape (3,).
-        rotation: Of the foot's frame. Shape (3, 3).
-        holds: Whether its joints can hold the sole's roll, pitch and yaw.
-        standing: Angles with the knee bent the way its limits allow, in [rad]. Shape (joints,).
-        drawn: Where the file draws the foot's joint on its axis, in [m]. Shape (3,).
-    """
-
-    joints: tuple[str, ...]
-    axes: np.ndarray
-    points: np.ndarray
-    limits: np.ndarray
-    pitch: tuple[int, int, int]
-    ankle: np.ndarray
-    rotation: np.ndarray
-    holds: tuple[bool, bool, bool]
-    standing: np.ndarray
-    drawn: np.ndarray
-
-    @property
-    def segments(self) -> tuple[float, float]:
-        """Length of thigh and shank in the sagittal plane, in [m]."""
-        hip, knee, ankle = (self.points[k, [0, 2]] for k in self.pitch)
-        return float(np.linalg.norm(knee - hip)), float(np.linalg.norm(ankle - knee))
+SOLE_LENGTHS = {  # of a sole: what each is, and from where to where it may be, in [m]
+    "length": ("sole along x of the foot", 0.01, 1.0),
+    "width": ("sole along y of the foot", 0.01, 1.0),
+    "heel": ("ankle axis to the heel edge", -0.5, 1.0),
+    "height": ("ankle axis over the sole", 0.002, 0.5),
+    "outward": ("sole's centre outside the ankle", -0.5, 0.5),
+}
 
 
 class SoleSize(NamedTuple):
@@ -102,7 +76,7 @@ class Reduced:
     notes: tuple[str, ...]
 
 
-class Wishes(NamedTuple):
+class Overrides(NamedTuple):
     """What a robot file says beside its URDF.
 
     Attributes:
@@ -117,19 +91,21 @@ class Wishes(NamedTuple):
     sole: Mapping[str, float]
 
 
-def reduced(robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], wishes: Wishes) -> Reduced:
+def reduced(
+    robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], overrides: Overrides
+) -> Reduced:
     """The robot that walks.
 
     Args:
         robot: Bodies of the file.
         legs: Its legs.
         vertices: Of each body's geometry in the body's frame, in [m]; none where it has none.
-        wishes: What the user says.
+        overrides: What the user says.
 
     Raises:
         WrongValue: If no sole is to be found, or a leg lacks a hip, knee or ankle that pitches.
     """
-    return _Reduction(robot, legs, vertices, wishes).made()
+    return _Reduction(robot, legs, vertices, overrides).made()
 
 
 def plain(name: str) -> str:
@@ -151,9 +127,9 @@ class _Reduction:
     """The steps of a reduction, with what they share: places of everything in the trunk's frame."""
 
     def __init__(
-        self, robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], wishes: Wishes
+        self, robot: Bodies, legs: Legs, vertices: Sequence[np.ndarray], overrides: Overrides
     ) -> None:
-        self.robot, self.legs, self.wishes = robot, legs, wishes
+        self.robot, self.legs, self.overrides = robot, legs, overrides
         self.notes: list[str] = []
         self.above = _path(robot, legs.pelvis)
         self.rigid = self._rigid()
@@ -211,7 +187,7 @@ class _Reduction:
     def _rest(self, body: int) -> float:
         """Angle at which a joint that does not walk is held, in [rad]."""
         joint = self._joint(body)
-        wished = self.wishes.posture(joint.name)
+        wished = self.overrides.posture(joint.name)
         low, high = limits_of(joint.lower, joint.upper)
         return float(np.clip(0.0 if wished is None else wished, low, high))
 
@@ -324,7 +300,7 @@ class _Reduction:
 
     def _asked(self) -> FoundSole:
         """The sole that the robot file gives in place of geometry."""
-        wanted = self.wishes.sole
+        wanted = self.overrides.sole
         lacking = [name for name in ("length", "width", "height") if name not in wanted]
         if lacking:
             reach = float(np.linalg.norm(self._lines(0)[1][-1] - self._lines(0)[1][0]))
@@ -368,7 +344,7 @@ class _Reduction:
             ankle=on_line[-1],
             rotation=sole.rotation,
             holds=holds,
-            standing=_bent(axes, on_line, limits, pitch, sole.rotation),
+            standing=standing_angles(axes, on_line, limits, pitch, sole.rotation),
             drawn=points[-1],
         )
 
@@ -381,7 +357,9 @@ class _Reduction:
             outward=float(y) * (1.0, -1.0)[side],
             height=-float(z),
         )
-        return found._replace(**{k: v for k, v in self.wishes.sole.items() if k in found._fields})
+        return found._replace(
+            **{k: v for k, v in self.overrides.sole.items() if k in found._fields}
+        )
 
     def _sum(self, head: int) -> tuple[float, np.ndarray, np.ndarray]:
         """Mass, centre of mass and inertia about it of a link, in the trunk's axes."""
@@ -436,7 +414,7 @@ class _Reduction:
             axis=_axis(turn.T @ self.rotation[head] @ joint.axis),
             lower=low,
             upper=high,
-            servo=self.wishes.servo(joint.name),
+            servo=self.overrides.servo(joint.name),
         )
 
     def _box(self, head: int, at: np.ndarray, turn: np.ndarray) -> Box:
@@ -481,43 +459,6 @@ def _path(robot: Bodies, body: int) -> set[int]:
         path.add(body)
         body = robot.bodies[body].parent
     return path
-
-
-def limits_of(lower: float, upper: float) -> tuple[float, float]:
-    """Limits of a joint, in [rad]; half a turn either way where the file states none."""
-    if isfinite(lower) and isfinite(upper):
-        return lower, upper
-    return max(lower, -pi) if lower > -inf else -pi, min(upper, pi) if upper < inf else pi
-
-
-def _bent(
-    axes: np.ndarray,
-    points: np.ndarray,
-    limits: np.ndarray,
-    pitch: tuple[int, int, int],
-    sole: np.ndarray,
-) -> np.ndarray:
-    """Standing angles of a leg, its knee ahead or behind as its limits allow, in [rad].
-
-    A segment's angle about y is that from straight down. Shape (joints,).
-    """
-    hip, knee, ankle = (points[k] for k in pitch)
-    thigh, shank = _about_y(knee - hip), _about_y(ankle - knee)
-    pitched = float(np.arctan2(-sole[2, 0], sole[0, 0]))
-    best, least = np.zeros(len(axes)), inf
-    for bend in (BENT, -BENT):
-        first, second = -bend - thigh, 2.0 * bend - (shank - thigh)
-        turns = np.array([first, second, -(first + second) - pitched])
-        angles = np.zeros(len(axes))
-        angles[list(pitch)] = turns * np.sign(axes[list(pitch), 1])
-        beyond = np.maximum(limits[:, 0] - angles, 0.0) + np.maximum(angles - limits[:, 1], 0.0)
-        if beyond[pitch[1]] < least - 1e-9:
-            best, least = angles, beyond[pitch[1]]
-    return best
-
-
-def _about_y(segment: np.ndarray) -> float:
-    return float(np.arctan2(-segment[0], -segment[2]))
 
 
 def _mirrored(sole: FoundSole) -> FoundSole:

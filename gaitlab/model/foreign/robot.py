@@ -19,7 +19,8 @@ import numpy as np
 from gaitlab.errors import Infeasible
 from gaitlab.kinematics.axis_leg import AxisLeg, SolePoses
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.model.foreign.reduced import FoundLeg, Reduced
+from gaitlab.model.foreign.leg import FoundLeg
+from gaitlab.model.foreign.reduced import SOLE_LENGTHS, Reduced
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.limbs import Limb
 from gaitlab.model.link_table import SIDES
@@ -257,13 +258,6 @@ def robot_class(
 
 def _sole_class(found: Reduced, sources: Mapping[str, str], how: str) -> type[Sole]:
     """Sole of a robot with the lengths that were found as its defaults."""
-    docs = {
-        "length": ("sole along x of the foot", 0.01, 1.0),
-        "width": ("sole along y of the foot", 0.01, 1.0),
-        "heel": ("ankle axis to the heel edge", -0.5, 1.0),
-        "height": ("ankle axis over the sole", 0.002, 0.5),
-        "outward": ("sole's centre outside the ankle", -0.5, 0.5),
-    }
     fields: list[Any] = [
         (
             name,
@@ -277,7 +271,7 @@ def _sole_class(found: Reduced, sources: Mapping[str, str], how: str) -> type[So
                 source=sources.get(name, "read: geometry of the foot"),
             ),
         )
-        for name, (doc, low, high) in docs.items()
+        for name, (doc, low, high) in SOLE_LENGTHS.items()
     ]
     kind = parameter(
         how,

@@ -27,7 +27,7 @@ from gaitlab.model.foreign.anatomy import Legs, find_legs
 from gaitlab.model.foreign.checks import leg_lengths, mend, without_servo
 from gaitlab.model.foreign.meshes import MeshFault, find_mesh, sentences, vertices_of_all
 from gaitlab.model.foreign.reading import Bodies, BodyJoint, read_urdf, with_lump
-from gaitlab.model.foreign.reduced import Reduced, Wishes, plain, reduced
+from gaitlab.model.foreign.reduced import SOLE_LENGTHS, Overrides, Reduced, plain, reduced
 from gaitlab.model.foreign.robot import numbers_digest, robot_class
 from gaitlab.model.servo import Servo
 from gaitlab.parameters import Parameter, parameter_table
@@ -145,13 +145,10 @@ def robot_of(path: Path, node: Node) -> Loaded:
 
 def _said(node: Node) -> dict[str, Any]:
     """Entries of a robot file, each checked."""
-    sole = {
-        name: _length(f"sole: {name}", low, high)
-        for name, low, high in (
-            ("length", 0.01, 1.0), ("width", 0.01, 1.0), ("heel", -0.5, 1.0),
-            ("height", 0.002, 0.5), ("outward", -0.5, 0.5),
-        )
-    }  # fmt: skip
+    sole: dict[str, Reader] = {
+        name: Parameter(name=f"sole: {name}", type=float, unit="m", low=low, high=high, doc=doc)
+        for name, (doc, low, high) in SOLE_LENGTHS.items()
+    }
     sole["kind"] = partial(_choice, "sole: kind", ("flat", "studs"))
     keys: dict[str, Reader] = {
         "urdf": _text,
@@ -170,10 +167,6 @@ def _said(node: Node) -> dict[str, Any]:
     if "mass" in node.mapping and "value" in node.mapping["mass"].mapping:
         node = node.replaced(mass=node.mapping["mass"].mapping["value"])
     return read_mapping("", node, keys, required=("urdf",), expected=EXPECTED)
-
-
-def _length(name: str, low: float, high: float) -> Reader:
-    return Parameter(name=name, type=float, unit="m", low=low, high=high, doc=name)
 
 
 def _text(node: Node) -> str:
@@ -245,13 +238,13 @@ def _made(path: Path, said: Mapping[str, Any], node: Node, urdf: Path) -> Loaded
     joints = [body.joint for body in bodies.bodies if body.joint is not None]
     posture = said.get("posture", [])
     _require_matches(posture, joints)
-    wishes = Wishes(
+    overrides = Overrides(
         posture=partial(_wished, posture),
         servo=servos.name_of,
         sole={k: v for k, v in said.get("sole", {}).items() if k != "kind"},
     )
     try:
-        found = reduced(bodies, legs, vertices, wishes)
+        found = reduced(bodies, legs, vertices, overrides)
     except WrongValue as error:
         place = node.mapping.get("urdf") or Node(file=urdf, value=None)
         raise FileError([place.problem(str(error))]) from error

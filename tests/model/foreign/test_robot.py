@@ -17,7 +17,7 @@ from gaitlab.model import Robot, Tree
 from gaitlab.model.foreign.anatomy import find_legs
 from gaitlab.model.foreign.meshes import vertices_of_all
 from gaitlab.model.foreign.reading import Bodies
-from gaitlab.model.foreign.reduced import Reduced, Wishes, reduced
+from gaitlab.model.foreign.reduced import Overrides, Reduced, reduced
 from gaitlab.model.foreign.robot_file import Loaded, load_robot
 from gaitlab.model.stance import stance_of, standing_feet
 from gaitlab.model.urdf import urdf
@@ -32,12 +32,12 @@ ROBOTS = [eros.Robot(), nao.Robot(), bioloid.Robot(), flow.Robot()]
 each = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 CLOSED = [eros.Robot(), flow.Robot()]
 CLOSE = 1e-9
-WISHES = Wishes(posture=lambda _: None, servo=lambda _: "mx_28", sole={})
+OVERRIDES = Overrides(posture=lambda _: None, servo=lambda _: "mx_28", sole={})
 
 
 def reduction(robot: Bodies) -> Reduced:
     vertices = vertices_of_all(robot, FILE, [])
-    return reduced(robot, find_legs(robot, FILE), vertices, WISHES)
+    return reduced(robot, find_legs(robot, FILE), vertices, OVERRIDES)
 
 
 def read_back(robot: Robot, folder: Path, change=lambda text: text) -> Loaded:
