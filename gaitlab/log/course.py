@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, hypot, pi
+from math import atan2, hypot
 
 import numpy as np
 
@@ -40,11 +40,11 @@ class Course:
     @property
     def straight(self) -> bool:
         """Whether the way is a line ahead or back, or none at all."""
-        return not self.aside and not self._radius
+        return not self.aside and not self.radius
 
     @cached_property
-    def _radius(self) -> float:
-        """Of the arc, in [m], positive for one to the left; 0 for a straight line."""
+    def radius(self) -> float:
+        """Radius of the arc, in [m], positive for one to the left; 0 for a straight line."""
         turns = abs(self.rate) > SLOWEST
         return hypot(self.ahead, self.aside) / self.rate if turns else 0.0
 
@@ -58,18 +58,10 @@ class Course:
         direction = atan2(self.aside, self.ahead)
         c, s = np.cos(direction), np.sin(direction)
         along, across = c * x + s * y, c * y - s * x
-        if not self._radius:
+        if not self.radius:
             return np.stack([along, across], axis=-1)
         # From the centre of the arc, the angle gone round it.
-        sign, radius = np.sign(self._radius), abs(self._radius)
+        sign, radius = np.sign(self.radius), abs(self.radius)
         left = sign * across
         gone = np.unwrap(np.arctan2(along, radius - left))
         return np.stack([radius * gone, sign * (radius - np.hypot(along, radius - left))], axis=-1)
-
-    def gone(self, x: float, y: float, before: float) -> float:
-        """Distance along the way of one point, in [m]; on an arc the one nearest to `before`."""
-        found = float(self.of(np.array([x]), np.array([y]))[0, 0])
-        if not self._radius:
-            return found
-        whole = 2.0 * pi * abs(self._radius)
-        return found + whole * round((before - found) / whole)

@@ -16,9 +16,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gaitlab.errors import Infeasible, WrongValue
+from gaitlab.model.compiled import njit
 from gaitlab.model.robot import Robot
 from gaitlab.model.tree import Box, LinkPoses, Tree
 
@@ -88,7 +88,7 @@ def _boxes(robot: Robot, links: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     return np.array([s.centre for s in shapes]), 0.5 * np.array([s.size for s in shapes])
 
 
-@njit(cache=True)
+@njit
 def _gaps(
     position_a: np.ndarray, rotation_a: np.ndarray, centre_a: np.ndarray, half_a: np.ndarray,
     position_b: np.ndarray, rotation_b: np.ndarray, centre_b: np.ndarray, half_b: np.ndarray,
@@ -114,7 +114,7 @@ def _gaps(
     return found
 
 
-@njit(cache=True)
+@njit
 def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray) -> float:
     """Largest separation of two boxes along an axis, in [m]; negative where they overlap."""
     turn, offset = ra.T @ rb, ra.T @ apart

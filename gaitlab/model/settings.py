@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
+from gaitlab.errors import WrongValue
 from gaitlab.model.servo import FORMER_TICKS
 from gaitlab.parameters import parameter
+
+EngineName = Literal["bullet", "mujoco"]
+SOLVER_ITERATIONS = 50  # Bullet's own default
 
 
 @dataclass(frozen=True, kw_only=True)
 class EngineSettings:
-    """How the physics engine integrates."""
+    """Which physics engine simulates, and how it integrates."""
 
+    name: EngineName = parameter(
+        "bullet", unit="-", doc="bullet is the reference, mujoco the fast one", late=True
+    )
     dt: float = parameter(
         0.002,
         unit="s",
@@ -20,8 +28,19 @@ class EngineSettings:
         doc="one tick of the log; several steps of the engine where servos ask for it",
     )
     solver_iterations: int = parameter(
-        50, unit="-", low=1, high=1000, doc="iterations of the constraint solver a tick"
+        SOLVER_ITERATIONS,
+        unit="-",
+        low=1,
+        high=1000,
+        doc="of Bullet's constraint solver a tick; MuJoCo's goes on until it has converged",
     )
+
+    def __post_init__(self) -> None:
+        if self.name != "bullet" and self.solver_iterations != SOLVER_ITERATIONS:
+            raise WrongValue(
+                f"solver_iterations is {self.solver_iterations}, but it is Bullet's alone: "
+                f"{self.name}'s solver goes on until it has converged; leave it out"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from gaitlab.model.compiled import njit
 
 FINER = 2  # pixels painted for one of the picture, along each edge
 NOTHING = -1  # face of a pixel without one
@@ -115,7 +116,7 @@ def merge(ground: Layer, robot: Layer, stains: np.ndarray, tint: np.ndarray, win
     )
 
 
-@njit(cache=True)
+@njit
 def _span(x, y, row, width):  # type: ignore[no-untyped-def]
     """First and past-the-last column of a triangle whose middles lie within it on a row."""
     middle = row + 0.5
@@ -131,7 +132,7 @@ def _span(x, y, row, width):  # type: ignore[no-untyped-def]
     return first, int(np.ceil(min(high - 0.5, width - 0.0)))
 
 
-@njit(cache=True)
+@njit
 def _rows(y, height):  # type: ignore[no-untyped-def]
     """First and past-the-last row whose middles a triangle may hold."""
     low, high = min(y[0], y[1], y[2]), max(y[0], y[1], y[2])
@@ -139,7 +140,7 @@ def _rows(y, height):  # type: ignore[no-untyped-def]
     return first, int(np.ceil(min(high - 0.5, height - 0.0)))
 
 
-@njit(cache=True)
+@njit
 def _fill(colour, near, face, corners, colours, faces):  # type: ignore[no-untyped-def]
     height, width = near.shape
     for k in range(len(corners)):
@@ -164,7 +165,7 @@ def _fill(colour, near, face, corners, colours, faces):  # type: ignore[no-untyp
                     colour[row, column, 2] = blue
 
 
-@njit(cache=True)
+@njit
 def _mark(stains, corners, bit):  # type: ignore[no-untyped-def]
     height, width = stains.shape
     for k in range(len(corners)):
@@ -176,7 +177,7 @@ def _mark(stains, corners, bit):  # type: ignore[no-untyped-def]
                 stains[row, column] |= bit
 
 
-@njit(cache=True)
+@njit
 def _merge(ground, ground_near, robot, robot_near, face, stains, tint, window):  # type: ignore[no-untyped-def]
     left, right, top, bottom = window
     for row in range(top, bottom):
@@ -202,7 +203,7 @@ def _merge(ground, ground_near, robot, robot_near, face, stains, tint, window): 
                 ground[row, column, i] = np.uint8(value)
 
 
-@njit(cache=True)
+@njit
 def _is_edge(face, row, column):  # type: ignore[no-untyped-def]
     height, width = face.shape
     own = face[row, column]

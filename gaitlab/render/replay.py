@@ -189,8 +189,8 @@ def play(shown: Recorded, clip: Clip) -> None:
 
 
 def _play(described: Mapping[str, object], log: TrialLog, clip: Clip) -> None:
+    from gaitlab.simulation.bullet.window import Window
     from gaitlab.simulation.trial import Trial
-    from gaitlab.simulation.window import Window
 
     trial = Trial.from_dict(described)
     window = Window(trial.robot, trial.surface, log.header.standing_height)

@@ -1,4 +1,4 @@
-"""From a recording to the columns of a log: everything here is vectorised over the trial."""
+"""From a tape to the columns of a log: everything here is vectorised over the trial."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gaitlab.log.columns import FEET, FSRS
 from gaitlab.model import LinkPoses, Robot, couplings_of
 from gaitlab.model.clearance import legs_gap
 from gaitlab.model.gait import FeetPoses
-from gaitlab.simulation.recording import Contacts, Recording
+from gaitlab.simulation.tape import Contacts, Tape
 
 LOADED = 0.05  # share of the weight; a sole that carries less counts as in the air
 
@@ -22,7 +22,7 @@ Columns = dict[str, np.ndarray]
 
 
 def log_of(
-    recording: Recording,
+    tape: Tape,
     robot: Robot,
     header: LogHeader,
     feet: FeetPoses,
@@ -31,29 +31,29 @@ def log_of(
     """The log of a trial.
 
     Args:
-        recording: What the engine gave.
+        tape: What the engine gave.
         robot: The robot that walked.
         header: Constants of the trial.
-        feet: What the gait commanded, at least as long as the recording.
+        feet: What the gait commanded, at least as long as the tape.
         targets: What the servos were sent, in [rad]. Shape (ticks, joints).
     """
-    n = recording.length
-    poses = _link_poses(recording, robot)
-    contacts = recording.contacts()
-    soles = _sole_columns(recording, robot, header, poses, contacts)
+    n = tape.length
+    poses = _link_poses(tape, robot)
+    contacts = tape.contacts
+    soles = _sole_columns(tape, robot, header, poses, contacts)
     loaded = np.stack([soles[f"{side}_foot_contact"] for side in FEET], axis=-1)
     arrays: Columns = {
         "time": (np.arange(n) + 1) * header.dt,
         "gait_phase": feet.phase[:n],
         "step_index": feet.step_index[:n],
         "support": loaded @ np.array([1, 2]),
-        "fall_cause": recording.fall_cause[:n],
-        "body_contact": recording.body_contact[:n],
+        "fall_cause": tape.fall_cause[:n],
+        "body_contact": tape.body_touches[:n],
         "feet_gap": legs_gap(robot, poses),
-        **_trunk_columns(recording, robot, poses),
+        **_trunk_columns(tape, robot, poses),
         **_zmp_columns(contacts, robot, poses, loaded),
         **soles,
-        **_joint_columns(recording, header, _wanted(recording, robot, targets)),
+        **_joint_columns(tape, header, _wanted(tape, robot, targets)),
     }
     return TrialLog(header=header, arrays=arrays)
 
@@ -62,17 +62,14 @@ def _named(name: str, axes: Iterable[str], table: np.ndarray) -> Columns:
     return {f"{name}{axis}": table[:, i] for i, axis in enumerate(axes)}
 
 
-def _link_poses(recording: Recording, robot: Robot) -> LinkPoses:
-    """Link poses from the trunk's centre of mass, which Bullet gives, and the joint positions."""
-    n = recording.length
-    rotation = rotation_of(recording.base[:n, 3:7])
-    centre = np.array(robot.tree.links[0].centre)
-    origin = recording.base[:n, 0:3] - rotation @ centre
-    return robot.tree.poses(origin, rotation, recording.joints[:n, 0, : len(robot.tree.joints)])
+def _link_poses(tape: Tape, robot: Robot) -> LinkPoses:
+    n, joints = tape.length, len(robot.tree.joints)
+    origin, rotation = tape.trunk[:n, 0:3], rotation_of(tape.trunk[:n, 3:7])
+    return robot.tree.poses(origin, rotation, tape.joints[:n, 0, :joints])
 
 
-def _trunk_columns(recording: Recording, robot: Robot, poses: LinkPoses) -> Columns:
-    base = recording.base[: recording.length]
+def _trunk_columns(tape: Tape, robot: Robot, poses: LinkPoses) -> Columns:
+    base = tape.trunk[: tape.length]
     attitude = roll_pitch_yaw(poses.rotation[:, 0])
     return {
         **_named("trunk_", "xyz", poses.position[:, 0]),
@@ -85,14 +82,14 @@ def _trunk_columns(recording: Recording, robot: Robot, poses: LinkPoses) -> Colu
 
 
 def _sole_columns(
-    recording: Recording, robot: Robot, header: LogHeader, poses: LinkPoses, contacts: Contacts
+    tape: Tape, robot: Robot, header: LogHeader, poses: LinkPoses, contacts: Contacts
 ) -> Columns:
     columns: Columns = {}
     for side, foot in enumerate(FEET):
         link = robot.tree.index(robot.feet[side])
         position, rotation = poses.position[:, link], poses.rotation[:, link]
         name, own = f"{foot}_foot_", contacts.of(side)
-        beside = (part[: recording.length, side] for part in (recording.plough, recording.push))
+        beside = (part[: tape.length, side] for part in (tape.plough, tape.push))
         columns |= _pose_columns(name, robot, header, position, rotation)
         columns |= _force_columns(name, header, own, *beside)
         columns |= _fsr_columns(f"{name}fsr_", robot, side, position, rotation, own)
@@ -195,19 +192,19 @@ def _sole_corners(robot: Robot, poses: LinkPoses) -> np.ndarray:
     return (poses.position[:, links, None] + turned)[..., :2]
 
 
-def _wanted(recording: Recording, robot: Robot, targets: np.ndarray) -> np.ndarray:
+def _wanted(tape: Tape, robot: Robot, targets: np.ndarray) -> np.ndarray:
     """Where each joint of the log should be, in [rad]; a coupled one where its leader turns it."""
-    n, columns = recording.length, recording.joints.shape[2]
+    n, columns = tape.length, tape.joints.shape[2]
     wanted = np.zeros((n, columns))
     wanted[:, : targets.shape[1]] = targets[:n]
     column = {joint.name: k for k, joint in enumerate(robot.tree.joints)}
     for leader, follower, ratio in couplings_of(robot):
-        wanted[:, column[follower]] = ratio * recording.joints[:n, 0, column[leader]]
+        wanted[:, column[follower]] = ratio * tape.joints[:n, 0, column[leader]]
     return wanted
 
 
-def _joint_columns(recording: Recording, header: LogHeader, targets: np.ndarray) -> Columns:
-    states = recording.joints[: recording.length]
+def _joint_columns(tape: Tape, header: LogHeader, targets: np.ndarray) -> Columns:
+    states = tape.joints[: tape.length]
     quantities = (
         ("target", targets),
         ("position", states[:, 0]),

@@ -11,12 +11,11 @@ from gaitlab.model.balance import require_joints
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.imu import Readings
 from gaitlab.model.randomness import randomness
-from gaitlab.simulation.engine import TickState
 from gaitlab.simulation.trial import Trial
 
 
 class Loop(Protocol):
-    """What is sent, and what becomes known after each tick.
+    """What is sent, and what becomes known meanwhile.
 
     Attributes:
         sent: Joint targets, in [rad], as far as ticks have passed what the servos were sent.
@@ -25,11 +24,11 @@ class Loop(Protocol):
 
     sent: np.ndarray
 
-    def target(self, tick: int) -> np.ndarray:
-        """What to send in this tick, in [rad]. Shape (joints,)."""
+    def targets(self, tick: int) -> np.ndarray:
+        """What to send from this tick on until more is known, in [rad]. Shape (ticks, joints)."""
 
-    def feel(self, state: TickState) -> None:
-        """Take in the world at the end of a tick, or before the first."""
+    def feel(self, trunk: np.ndarray) -> None:
+        """Take in the trunk at the end of each tick, or before the first, as rows of the tape."""
 
 
 def loop_of(trial: Trial, feet: FeetPoses, targets: np.ndarray) -> Loop:
@@ -49,12 +48,11 @@ class Open:
     def __init__(self, targets: np.ndarray) -> None:
         self.sent = targets
 
-    def target(self, tick: int) -> np.ndarray:
-        """The gait's target."""
-        row: np.ndarray = self.sent[tick]
-        return row
+    def targets(self, tick: int) -> np.ndarray:
+        """All that is left of the gait."""
+        return self.sent[tick:]
 
-    def feel(self, state: TickState) -> None:
+    def feel(self, trunk: np.ndarray) -> None:
         """Nothing depends on it."""
 
 
@@ -77,20 +75,23 @@ class Closed:
         self._low, self._high = _ranges(trial.robot, targets)
         self._correction = np.full(targets.shape[1], -0.0)  # adding it keeps even a sign of zero
 
-    def target(self, tick: int) -> np.ndarray:
-        """The gait's target with the correction of the latest reading, within the limits."""
-        if self._imu.due(tick, self._dt):
-            felt = self._readings.read()
-            self._correction[self._columns] = self._controller.correction(tick, felt)
-        row: np.ndarray = self.sent[tick]
-        np.add(row, self._correction, out=row)
-        np.maximum(row, self._low[tick], out=row)
-        np.minimum(row, self._high[tick], out=row)
-        return row
+    def targets(self, tick: int) -> np.ndarray:
+        """The gait until the next reading, corrected by this one, within the limits."""
+        end = tick + 1
+        while end < len(self.sent) and not self._imu.due(end, self._dt):
+            end += 1
+        felt = self._readings.read()
+        self._correction[self._columns] = self._controller.correction(tick, felt)
+        rows: np.ndarray = self.sent[tick:end]
+        np.add(rows, self._correction, out=rows)
+        np.maximum(rows, self._low[tick:end], out=rows)
+        np.minimum(rows, self._high[tick:end], out=rows)
+        return rows
 
-    def feel(self, state: TickState) -> None:
+    def feel(self, trunk: np.ndarray) -> None:
         """Let the IMU see the trunk."""
-        self._readings.see(state.quaternion, state.spin)
+        for row in trunk[:, 3:].tolist():
+            self._readings.see(tuple(row[:4]), tuple(row[7:]))
 
 
 def _columns(robot: Robot, joints: tuple[str, ...]) -> list[int]:

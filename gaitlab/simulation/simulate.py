@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import ceil, hypot, isfinite
+from math import ceil
 
 import numpy as np
 
 from gaitlab.errors import GaitlabError, Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.log import GRAVITY, LogHeader, TrialLog
-from gaitlab.log.course import Course
-from gaitlab.log.fall import FallDetector
 from gaitlab.model import (
     GANTRY_PITCH,
     Robot,
@@ -25,9 +23,11 @@ from gaitlab.model.gait import FeetPoses, first_step, require_feet
 from gaitlab.model.randomness import randomness
 from gaitlab.servos.law import stiffness, torque_limit
 from gaitlab.simulation.columns import log_of
-from gaitlab.simulation.engine import Engine, TickState
+from gaitlab.simulation.ending import ARRIVED, GOES_ON, LOST, Ending
+from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.engines import engine_named
 from gaitlab.simulation.loop import Loop, loop_of
-from gaitlab.simulation.recording import Recording
+from gaitlab.simulation.tape import Tape
 from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.tipping import settled
 
@@ -52,11 +52,10 @@ def simulate(trial: Trial) -> TrialLog:
     header = replace(header, first_step_time=first_step(feet) * header.dt)
     targets = joint_commands(trial.robot, feet)
     require_apart(trial.robot, targets, header.dt)
+    loop = loop_of(trial, feet, targets)
     with engine_for(trial, feet) as engine:
-        recording = Recording(len(targets), len(header.joints), engine.feet)
-        loop = loop_of(trial, feet, targets)
-        _walk(engine, recording, loop, header, trial)
-    return log_of(recording, trial.robot, header, feet, loop.sent)
+        tape = _walk(engine, loop, header, trial)
+    return log_of(tape, trial.robot, header, feet, loop.sent)
 
 
 def engine_for(trial: Trial, feet: FeetPoses) -> Engine:
@@ -66,7 +65,7 @@ def engine_for(trial: Trial, feet: FeetPoses) -> Engine:
         trial: The trial.
         feet: What its gait means, at one instant or more.
     """
-    return Engine(
+    return engine_named(trial.engine.name)(
         trial.robot,
         trial.surface,
         trial.servos,
@@ -124,70 +123,31 @@ def _sink(trial: Trial, feet: FeetPoses) -> np.ndarray:
     return np.array([x, 0.0, z])
 
 
-def _walk(
-    engine: Engine, recording: Recording, loop: Loop, header: LogHeader, trial: Trial
-) -> None:
-    falling = FallDetector(header.dt, header.standing_height)
-    start = round(header.startup_time / header.dt)
-    arrival = _Arrival(start, trial.horizon.distance, header.course)
-    centre = trial.robot.tree.links[0].centre
-    loop.feel(engine.state())
-    for tick in range(len(loop.sent)):
-        engine.command(loop.target(tick))
-        engine.step()
-        state = engine.state()
-        loop.feel(state)
-        touching = recording.put(state, engine.plough, engine.push)
-        upright, place = _trunk(state, centre)
-        if not isfinite(place[2]):
-            raise GaitlabError(f"the simulation blew up at tick {recording.length}")
-        cause = falling.update(upright, touching, place[2])
-        if cause:
-            recording.end(cause)
-        if cause or arrival.reached(state, place, recording.length):
-            break
+def _walk(engine: Engine, loop: Loop, header: LogHeader, trial: Trial) -> Tape:
+    """What happens until the trial ends.
 
-
-def _trunk(
-    state: TickState, centre: tuple[float, float, float]
-) -> tuple[float, tuple[float, float, float]]:
-    """Cosine of the trunk's tilt, and where its link frame is, in [m]."""
-    (x, y, z, w), (px, py, pz), (cx, cy, cz) = state.quaternion, state.position, centre
-    r11, r12, r13 = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
-    r21, r22, r23 = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
-    r31, r32, r33 = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
-    return r33, (
-        px - (r11 * cx + r12 * cy + r13 * cz),
-        py - (r21 * cx + r22 * cy + r23 * cz),
-        pz - (r31 * cx + r32 * cy + r33 * cz),
-    )
-
-
-class _Arrival:
-    """Says when the trunk is as far as the horizon asks, along the commanded way.
-
-    The trunk is where the log has it, at its link frame: its centre of mass swings with its tilt.
+    Raises:
+        GaitlabError: If the simulation leaves the numbers.
     """
-
-    def __init__(self, start_tick: int, distance: float, course: Course) -> None:
-        self._start, self._distance = start_tick, distance
-        self._course = None if course.straight else course
-        self._gone = 0.0
-        self._origin, self._heading = (0.0, 0.0), (1.0, 0.0)
-
-    def reached(self, state: TickState, place: tuple[float, float, float], ticks: int) -> bool:
-        if ticks <= self._start:
-            x, y, z, w = state.quaternion
-            cosine, sine = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w)
-            length = hypot(cosine, sine)
-            self._origin, self._heading = place[:2], (cosine / length, sine / length)
-            return False
-        dx, dy = place[0] - self._origin[0], place[1] - self._origin[1]
-        c, s = self._heading
-        if self._course is None:
-            return abs(dx * c + dy * s) >= self._distance
-        self._gone = self._course.gone(dx * c + dy * s, dy * c - dx * s, self._gone)
-        return abs(self._gone) >= self._distance
+    tape = Tape(len(loop.sent), len(header.joints))
+    ending = Ending(
+        dt=header.dt,
+        standing_height=header.standing_height,
+        startup=round(header.startup_time / header.dt),
+        distance=trial.horizon.distance,
+        course=header.course,
+    )
+    loop.feel(engine.trunk[None])
+    code = GOES_ON
+    while code == GOES_ON and tape.length < len(loop.sent):
+        before = tape.length
+        code = engine.advance(loop.targets(before), tape, ending)
+        loop.feel(tape.trunk[before : tape.length])
+    if code == LOST:
+        raise GaitlabError(f"the simulation blew up at tick {tape.length}")
+    if code not in (GOES_ON, ARRIVED):
+        tape.end(code)
+    return tape
 
 
 def _ticks(trial: Trial) -> int:

@@ -8,9 +8,6 @@ plane pushes along its normal, so that a force on the foot takes the sideways pa
 move forward through standing pile meet the plough force: the energy u(h) stored per area swept,
 times a hooking factor, derived here from the same potential.
 
-All compiled functions and their constants stay in this one file: a change of it, and only of it,
-makes the cached machine code stale.
-
 References:
     Dahl1968: Dahl, A solid friction model, Aerospace Corporation TOR-0158, 1968.
 """
@@ -18,8 +15,8 @@ References:
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from gaitlab.model.compiled import njit
 from gaitlab.surfaces.ground import Footprint, Pile, Support
 from gaitlab.surfaces.pile import SMALLEST_GAP
 
@@ -31,12 +28,12 @@ ROUNDS = 6  # of finding which supports the plane loads; two or three do
 LEVEL = 1e-6  # m^2, keeps the plane level along an axis in which the loaded points do not differ
 
 
-@njit(cache=True)
+@njit
 def _cell(field: np.ndarray, x: float, y: float) -> float:
     return field[int(np.floor(x / CELL)) % len(field), int(np.floor(y / CELL)) % len(field)]
 
 
-@njit(cache=True)
+@njit
 def _pressure(law: np.ndarray, gap: float, height: float) -> tuple[float, float]:
     """Pressure [Pa] and its tangent [Pa/m] of a pile of local height at a gap [m]."""
     _, n, p1, p2, solid = law
@@ -46,7 +43,7 @@ def _pressure(law: np.ndarray, gap: float, height: float) -> tuple[float, float]
     return pressure, (2.0 * p1 * x**3 + n * p2 * power * x * x) / height
 
 
-@njit(cache=True)
+@njit
 def _energy(law: np.ndarray, gap: float) -> float:
     """Energy per area stored in the pile at a gap [m], in [J/m^2]."""
     height, n, p1, p2, solid = law
@@ -58,7 +55,7 @@ def _energy(law: np.ndarray, gap: float) -> float:
     return p1 * (height * (x - 1.0) - travel) + p2 * packing
 
 
-@njit(cache=True)
+@njit
 def _turn(rotation: np.ndarray, local: np.ndarray, out: np.ndarray) -> None:
     for i in range(len(local)):
         for j in range(3):
@@ -69,7 +66,7 @@ def _turn(rotation: np.ndarray, local: np.ndarray, out: np.ndarray) -> None:
             )
 
 
-@njit(cache=True)
+@njit
 def rotation_of(q: tuple[float, float, float, float]) -> np.ndarray:
     """Rotation matrix of a unit quaternion xyzw. Shape (3, 3)."""
     x, y, z, w = q
@@ -82,7 +79,7 @@ def rotation_of(q: tuple[float, float, float, float]) -> np.ndarray:
     )
 
 
-@njit(cache=True)
+@njit
 def _loads(
     pile: Pile, footprint: Footprint, points: np.ndarray, load: np.ndarray
 ) -> tuple[float, float]:
@@ -112,7 +109,7 @@ def _loads(
     return total, stiffness / max(touching, 1)
 
 
-@njit(cache=True)
+@njit
 def _slopes(points: np.ndarray, load: np.ndarray, stiffness: float) -> tuple[float, float]:
     """Slopes dz/dx, dz/dy of the plane whose equal springs carry the moments of these loads.
 
@@ -157,7 +154,7 @@ def _slopes(points: np.ndarray, load: np.ndarray, stiffness: float) -> tuple[flo
     return sx, sy
 
 
-@njit(cache=True)
+@njit
 def _plane_height(gaps: np.ndarray, total: float, stiffness: float) -> float:
     """Height z at which equal springs over these gaps carry the total load together."""
     gaps = np.sort(gaps)
@@ -170,7 +167,7 @@ def _plane_height(gaps: np.ndarray, total: float, stiffness: float) -> float:
     return z
 
 
-@njit(cache=True)
+@njit
 def _strength(pile: Pile, corner: np.ndarray, velocity: np.ndarray) -> float:
     """Energy per swept area that a leading edge meets at this corner, in [N/m]."""
     speed = np.hypot(velocity[0], velocity[1]) + 0.02
@@ -180,7 +177,7 @@ def _strength(pile: Pile, corner: np.ndarray, velocity: np.ndarray) -> float:
     return pile.plough[0] * density * nap * _energy(pile.law, corner[2])
 
 
-@njit(cache=True)
+@njit
 def _plough(
     pile: Pile,
     footprint: Footprint,
@@ -221,7 +218,7 @@ def _plough(
             wrench[4] += arm[0] * fy - arm[1] * fx
 
 
-@njit(cache=True)
+@njit
 def _forget(footprint: Footprint) -> None:
     footprint.hysteresis[:] = 0.0
     footprint.gap[:] = np.nan
@@ -235,7 +232,7 @@ _NOTHING = (0.0, 0.0)
 _LIFTED = Support(False, _AWAY, _UPRIGHT, 1.0, 0.0, _NOTHING, _NOTHING, (0.0, 0.0, 0.0))
 
 
-@njit(cache=True)
+@njit
 def stand(
     pile: Pile,
     footprint: Footprint,
@@ -266,7 +263,7 @@ def stand(
     return total
 
 
-@njit(cache=True)
+@njit
 def press(
     pile: Pile,
     footprint: Footprint,

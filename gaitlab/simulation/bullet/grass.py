@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
+from gaitlab.simulation.bullet.world import WORLD_FRAME, BulletClient, add_plane, links
+from gaitlab.surfaces.press import press
+from gaitlab.surfaces.surface import SoftLayer
+from gaitlab.surfaces.under_feet import UnderFeet
 
-from gaitlab.log import GRAVITY
-from gaitlab.model import Robot
-from gaitlab.simulation.bullet import WORLD_FRAME, BulletClient, add_plane, links
-from gaitlab.surfaces.ground import new_footprint, pile_for, under_right_foot
-from gaitlab.surfaces.press import press, stand
-from gaitlab.surfaces.surface import FibreMat, SoftLayer, TuftedPile
-
-HIGHEST = 0.1  # m, by which a robot may have to be lifted to where its pile carries it
-HALVINGS = 45  # of twice that, down to less than a thousandth of a micrometre
 PARKED = -1.0  # m, where a tangent plane waits while its foot is in the air
 
 
@@ -34,61 +28,29 @@ class PileUnderFeet:
     """A pile that pushes back on both feet, through one tangent plane a foot.
 
     Attributes:
-        plough: Plough force on the left and the right foot in the last tick, world x and y, [N].
+        plough: Plough force on the left and the right foot in the last step, world x and y, [N].
         push: All that pushed them sideways beside Bullet's contacts, likewise.
     """
 
     def __init__(
-        self,
-        client: BulletClient,
-        body: int,
-        feet: Sequence[int],
-        robot: Robot,
-        surface: TuftedPile | FibreMat,
-        *,
-        dt: float,
-        irregularity: float,
-        rng: np.random.Generator,
+        self, client: BulletClient, body: int, feet: Sequence[int], lawn: UnderFeet, *, dt: float
     ) -> None:
-        """A fresh lawn; arguments as of the engine and of `pile_for`."""
-        self._body, self._feet, self._dt = body, feet, dt
-        pile = pile_for(
-            surface,
-            robot.sole,
-            weight=robot.tree.mass * GRAVITY,
-            foot_mass=robot.tree.links[robot.tree.index(robot.feet[0])].mass,
-            dt=dt,
-            rng=rng,
-            irregularity=irregularity,
-        )
-        self._piles = (pile, under_right_foot(pile, robot.sole))
+        """Takes Bullet's link indices of the feet, what is under them, and the step in [s]."""
+        self._body, self._feet, self._lawn, self._dt = body, feet, lawn, dt
         self._planes = [_own_plane(client, body, foot) for foot in feet]
-        self._footprints = [new_footprint(len(pile.supports)) for _ in feet]
         self.plough = [(0.0, 0.0) for _ in feet]
         self.push = list(self.plough)
         self._link_states, self._move = client.getLinkStates, client.resetBasePositionAndOrientation
         self._soften = client.changeDynamics
         self._force, self._torque = client.applyExternalForce, client.applyExternalTorque
 
-    def settle(self, weight: float) -> float:
-        """Let the feet have stood for long; how far the robot has to be lifted for that, in [m].
-
-        Args:
-            weight: What the pile under both feet is to carry, in [N].
-        """
+    def settle(self) -> float:
+        """As of the lawn."""
         states = self._link_states(self._body, self._feet, 1, 1)
-        low, high = -HIGHEST, HIGHEST
-        for _ in range(HALVINGS):
-            lift = 0.5 * (low + high)
-            carried = 0.0
-            for pile, footprint, state in zip(self._piles, self._footprints, states, strict=True):
-                x, y, z = state[4]
-                carried += stand(pile, footprint, (x, y, z + lift), state[5])
-            low, high = (lift, high) if carried > weight else (low, lift)
-        return lift
+        return self._lawn.settle([(state[4], state[5]) for state in states])
 
     def press(self) -> None:
-        """Set plane and plough force of each foot for the coming tick."""
+        """Set plane and plough force of each foot for the coming step."""
         # Without forward kinematics Bullet's link states are one step stale: negative damping.
         for side, state in enumerate(self._link_states(self._body, self._feet, 1, 1)):
             self._press(side, *state)
@@ -105,7 +67,11 @@ class PileUnderFeet:
         velocity: tuple[float, float, float],
         spin: tuple[float, float, float],
     ) -> None:
-        plane, footprint, pile = self._planes[side], self._footprints[side], self._piles[side]
+        plane, pile, footprint = (
+            self._planes[side],
+            self._lawn.piles[side],
+            self._lawn.footprints[side],
+        )
         support = press(pile, footprint, origin, quaternion, centre, velocity, spin, self._dt)
         self._move(plane, support.point, support.turn)
         self.plough[side], self.push[side] = support.plough, support.push

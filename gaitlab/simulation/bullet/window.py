@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 
 from gaitlab.model import Robot, gantry_of
-from gaitlab.simulation.bullet import BulletClient, add_robot, indices, place_base
+from gaitlab.simulation.bullet.world import BulletClient, add_robot, indices, place_base
 from gaitlab.surfaces.surface import Surface
 
 GREEN, GREY = (0.35, 0.55, 0.25, 0.45), (0.75, 0.72, 0.66, 1.0)

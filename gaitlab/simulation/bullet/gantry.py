@@ -8,7 +8,7 @@ motor: the torque of that motor is the balancing moment.
 from __future__ import annotations
 
 from gaitlab.model import GANTRY_PITCH, Gantry
-from gaitlab.simulation.bullet import POSITION_CONTROL, BulletClient, Indices
+from gaitlab.simulation.bullet.world import POSITION_CONTROL, BulletClient, Indices
 
 STRENGTH = 1e4  # N m, more than any of these robots can ask for
 

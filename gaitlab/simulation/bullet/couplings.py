@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from gaitlab.model import Coupling
-from gaitlab.simulation.bullet import JOINT_GEAR, BulletClient
+from gaitlab.simulation.bullet.world import JOINT_GEAR, BulletClient
 
 STRENGTH = 1e4  # N m, more than any belt of these robots transmits
 CORRECTION = 1e6  # 1/s^2, Bullet's erp over dt^2; smaller lets a loaded leg sag by degrees
