@@ -188,7 +188,7 @@ def fall_causes(
     dt: float,
     standing_height: float,
 ) -> np.ndarray:
-    """What `FallDetector` says at each tick, for all ticks at once.
+    """What `ended` says of a fall at each tick, for all ticks at once.
 
     Args:
         upright: Cosine of the trunk's tilt. Shape (n,).

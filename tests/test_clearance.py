@@ -15,6 +15,7 @@ from gaitlab.errors import FileError, Infeasible, WrongValue
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.kinematics.transforms import rotation_of
+from gaitlab.log import GRAVITY
 from gaitlab.metrics import measure
 from gaitlab.model import LinkPoses
 from gaitlab.model.clearance import (
@@ -32,6 +33,7 @@ from gaitlab.plugins import locate, names
 from gaitlab.robots.eros import Robot
 from gaitlab.running.run_trial import run_trial
 from gaitlab.simulation.simulate import engine_for, simulate
+from tests.driven import hold
 from tests.trials import trial as eros
 
 lengths = st.floats(0.01, 0.3)
@@ -161,16 +163,12 @@ def test_legs_that_are_pressed_together_touch_and_do_not_pass() -> None:
     target = joint_commands(trial.robot, feet)[0]
     names_of = [joint.name for joint in trial.robot.tree.joints]
     target[names_of.index("left_hip_roll")], target[names_of.index("right_hip_roll")] = -0.3, 0.3
-    gaps = []
     with engine_for(trial, feet) as engine:
-        engine._client.setGravity(0.0, 0.0, 0.0)
-        for _ in range(300):
-            engine.command(target)
-            engine.step()
-            joints = engine.state().joints[0][None]
-            poses = trial.robot.tree.poses(np.zeros((1, 3)), np.eye(3)[None], joints)
-            gaps.append(legs_gap(trial.robot, poses)[0])
-        assert not engine.state().contacts  # legs that touch are not on the ground
+        engine.pull((0.0, 0.0, 1.01 * GRAVITY * trial.robot.tree.mass))  # hung up
+        tape = hold(engine, target, 300)
+    assert tape.contacts.tick.max(initial=0) < 299  # legs that touch are not on the ground
+    flat = np.zeros((300, 3)), np.tile(np.eye(3), (300, 1, 1))
+    gaps = legs_gap(trial.robot, trial.robot.tree.poses(*flat, tape.joints[:, 0]))
     wanted = trial.robot.tree.poses(np.zeros((1, 3)), np.eye(3)[None], target[None])
     assert legs_gap(trial.robot, wanted)[0] < -0.02  # m, where the servos pull to
     assert min(gaps) > -5e-3  # m, the way of two ticks at the speed of the blow
@@ -199,10 +197,7 @@ def test_only_with_self_collision_an_arm_does_not_pass_through_the_body() -> Non
         target[joints.index("left_shoulder_roll")] = -0.26
         target[joints.index("left_elbow")] = 0.0
         with engine_for(replace(trial, robot=robot), feet) as engine:
-            for _ in range(300):
-                engine.command(target)
-                engine.step()
-            now = engine.state().joints[0][None]
+            now = hold(engine, target, 300).joints[-1:, 0]
         poses = robot.tree.poses(np.zeros((1, 3)), np.eye(3)[None], now)
         arms = [k for k, link in enumerate(robot.tree.links) if link.name.startswith("left_fore")]
         deepest.append(

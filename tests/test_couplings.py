@@ -11,8 +11,9 @@ import pytest
 from gaitlab.model import Box, Coupling, Gantry, Joint, Link, Tree, standing
 from gaitlab.model.settings import EngineSettings, Spread
 from gaitlab.model.soles import Sole
-from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.bullet.engine import BulletEngine
 from gaitlab.surfaces.files import load_surface
+from tests.driven import hold
 from tests.ground.bench import LOCK, STILL
 
 POSE = np.zeros(2)
@@ -56,9 +57,9 @@ class Wheels:
         return 0.0
 
 
-def world(robot: Wheels, spread: Spread = STILL, gap: float = 5.0) -> Engine:
+def world(robot: Wheels, spread: Spread = STILL, gap: float = 5.0) -> BulletEngine:
     """The wheels high above the floor, falling freely."""
-    return Engine(
+    return BulletEngine(
         robot, load_surface("hard_floor"), (LOCK,), start=standing(robot, POSE, gap=gap),
         settings=EngineSettings(dt=0.001), spread=spread, seed=1,
     )  # fmt: skip
@@ -66,13 +67,8 @@ def world(robot: Wheels, spread: Spread = STILL, gap: float = 5.0) -> Engine:
 
 def run(robot: Wheels, ticks: int, target: float, spread: Spread = STILL) -> np.ndarray:
     """Positions of the joints of each tick. Shape (ticks, joints)."""
-    found = []
     with world(robot, spread) as engine:
-        for _ in range(ticks):
-            engine.command(np.array([target, 0.0]))
-            engine.step()
-            found.append(engine.state().joints[0].copy())
-    return np.array(found)
+        return hold(engine, np.array([target, 0.0]), ticks).joints[:, 0]
 
 
 @pytest.mark.parametrize("ratio", [-1.0, 1.0, 0.5, -2.0])
@@ -84,10 +80,8 @@ def test_the_follower_turns_as_many_times_as_the_ratio_says(ratio: float) -> Non
 
 def test_a_joint_without_a_servo_takes_no_servo_and_no_torque() -> None:
     with world(Wheels()) as engine:
-        for _ in range(50):
-            engine.command(np.array([0.5, 99.0]))  # what is sent to a follower reaches no motor
-            engine.step()
-        assert engine.state().joints[2, 1] == 0.0
+        # What is sent to a follower reaches no motor.
+        assert not hold(engine, np.array([0.5, 99.0]), 50).joints[:, 2, 1].any()
 
 
 @pytest.mark.parametrize(("gantry", "held"), [("level", True), ("planar", False)])
@@ -96,16 +90,11 @@ def test_a_gantry_lets_the_trunk_fall_and_pitches_only_when_it_may(
 ) -> None:
     tilted = Spread(friction=0.0, servo_gain=0.0, tilt=0.1, position=0.01, terrain=0.0)
     with world(Wheels(gantry=gantry), tilted) as engine:
-        first = engine.state()
-        for _ in range(300):
-            engine.command(np.array([0.8, 0.0]))
-            trunk = engine._rig.pitch
-            engine._client.applyExternalTorque(engine._body, trunk, (0.0, 0.1, 0.0), 2)
-            engine.step()
-        last = engine.state()
-    assert last.position[2] - first.position[2] == pytest.approx(-0.5 * 9.81 * 0.3**2, rel=0.01)
-    assert last.position[1] == pytest.approx(0.0, abs=1e-9)
-    pitch = last.joints[0, 2]
+        first = engine.trunk
+        tape = hold(engine, np.array([0.8, 0.0]), 300, gantry=True)  # a wheel that turns pitches it
+    last, pitch = tape.trunk[-1], tape.joints[-1, 0, 2]
+    assert last[2] - first[2] == pytest.approx(-0.5 * 9.81 * 0.3**2, rel=0.01)
+    assert last[1] == pytest.approx(0.0, abs=1e-9)
     assert (abs(pitch) < 1e-4) == held
-    assert last.quaternion[1] == pytest.approx(np.sin(pitch / 2.0), abs=1e-6)
-    assert (last.quaternion[0], last.quaternion[2]) == (0.0, 0.0)
+    assert last[4] == pytest.approx(np.sin(pitch / 2.0), abs=1e-6)
+    assert (last[3], last[5]) == (0.0, 0.0)

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.log.course import Course
+from gaitlab.simulation.ending import Ending, gone
 
 SPEEDS, RATES = st.floats(-0.5, 0.5), st.floats(-2.0, 2.0)
 T = np.linspace(0.0, 9.0, 400)
@@ -53,11 +54,12 @@ def test_a_turn_that_vanishes_leaves_the_line(ahead, aside):
 @given(st.floats(0.05, 0.5), RATES)
 def test_one_point_after_another_is_all_points_at_once(ahead, rate):
     course = Course(ahead=ahead, aside=0.02, rate=rate)
+    way = Ending(dt=0.01, standing_height=1.0, startup=0, distance=1.0, course=course).rule[5:]
     x, y = walked(course, T)
-    gone = 0.0
+    so_far = 0.0
     for a, b in zip(x, y, strict=True):
-        gone = course.gone(a, b, gone)
-    assert gone == pytest.approx(course.of(x, y)[-1, 0], abs=1e-6)
+        so_far = gone(way, a, b, so_far)
+    assert so_far == pytest.approx(course.of(x, y)[-1, 0], abs=1e-6)
 
 
 def test_straight_ahead_and_back_are_as_they_were() -> None:

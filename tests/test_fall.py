@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.log.columns import columns
-from gaitlab.log.fall import CAUSES, FallDetector
+from gaitlab.log.course import Course
+from gaitlab.log.fall import CAUSES
+from gaitlab.simulation.ending import ARRIVED, GOES_ON, LOST, Ending
 from tests.synthetic import fall_causes
 
 DT = 0.002
@@ -19,10 +21,23 @@ UPRIGHT, TILTED = cos(radians(44.9)), cos(radians(45.1))
 HIGH, LOW = 0.601 * HEIGHT, 0.599 * HEIGHT
 
 
+def ending(dt: float = DT, startup: int = 0, distance: float = np.inf, **way: float) -> Ending:
+    course = Course(**{"ahead": 0.1, **way})
+    return Ending(dt=dt, standing_height=HEIGHT, startup=startup, distance=distance, course=course)
+
+
+def trunk(upright: float, height: float, x: float = 0.0, y: float = 0.0) -> np.ndarray:
+    """A trunk that is pitched so far."""
+    half = np.arccos(upright) / 2.0
+    return np.array([x, y, height, 0.0, np.sin(half), 0.0, np.cos(half)])
+
+
 def streamed(upright, body_contact, trunk_height, dt=DT) -> list[int]:
-    detector = FallDetector(dt, HEIGHT)
-    ticks = zip(upright, body_contact, trunk_height, strict=True)
-    return [detector.update(*tick) for tick in ticks]
+    """Cause at each tick; the trial ends with the first, and it stays."""
+    rule, found = ending(dt), [GOES_ON]
+    for tilt, touches, height in zip(upright, body_contact, trunk_height, strict=True):
+        found.append(found[-1] or rule.after(trunk(tilt, height), touches))
+    return found[1:]
 
 
 def causes(*ticks: tuple[float, bool, float], dt: float = DT) -> list[int]:
@@ -48,14 +63,6 @@ def test_detector_and_array_form_agree(parts, dt):
     )
     expected = streamed(upright.tolist(), contact.tolist(), height.tolist(), dt)
     assert fall_causes(upright, contact, height, dt, HEIGHT).tolist() == expected
-
-
-@given(segments)
-def test_a_fall_is_never_taken_back(parts):
-    ticks = [part[:3] for part in parts for _ in range(part[3])]
-    found = causes(*ticks)
-    first = next((i for i, cause in enumerate(found) if cause), len(found))
-    assert set(found[first:]) <= {found[-1]}
 
 
 def test_tilt_is_a_fall_at_the_tick_that_completes_a_tenth_of_a_second():
@@ -93,6 +100,28 @@ def test_duration_does_not_depend_on_the_time_step():
     for dt in (0.001, 0.002, 0.004, 0.005, 0.01, 1 / 1470):  # 0.1 * 1470 is a hair over 147
         ticks = causes(*[(TILTED, False, HEIGHT)] * 150, dt=dt).index(1) + 1
         assert ticks * dt == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("lost", [np.nan, np.inf])
+@pytest.mark.parametrize("at", range(7))
+def test_a_number_that_is_none_ends_the_trial_and_is_no_fall(lost: float, at: int) -> None:
+    row = trunk(1.0, HEIGHT)
+    row[at] = lost
+    assert ending().after(row, False) == LOST
+
+
+@pytest.mark.parametrize("ahead", [0.1, -0.1])
+def test_a_trunk_arrives_as_far_from_where_the_walk_began_as_asked(ahead: float) -> None:
+    rule = ending(startup=3, distance=0.5, ahead=ahead)
+    way = [(0.2, 1.0), (0.0, 1.0), (0.1, 1.0), (0.59, 1.2), (-0.39, 0.8), (0.61, 1.2)]
+    found = [rule.after(trunk(1.0, HEIGHT, x, y), False) for x, y in way]
+    assert found == [GOES_ON] * 5 + [ARRIVED]
+
+
+def test_a_fall_at_the_goal_is_a_fall() -> None:
+    rule = ending(distance=0.1)
+    rule.after(trunk(1.0, HEIGHT), False)
+    assert rule.after(trunk(1.0, LOW, 1.0), False) == 3
 
 
 def test_causes_are_named_in_the_order_of_the_log_column():

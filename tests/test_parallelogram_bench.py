@@ -9,8 +9,8 @@ import pytest
 from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.model.urdf import urdf
 from gaitlab.robots.flow import Robot
-from gaitlab.simulation.bullet import indices, new_world
-from gaitlab.simulation.couplings import add_couplings
+from gaitlab.simulation.bullet.couplings import add_couplings
+from gaitlab.simulation.bullet.world import indices, new_world
 
 AMPLITUDE, FREQUENCY = 0.3, 1.0  # rad and Hz, of thigh and shank
 FORCE, AHEAD = 60.0, 0.040  # N up, m ahead of the ankle

@@ -41,7 +41,7 @@ def _folder() -> Path:
 
 # Without a home, or with one that cannot be looked into, it lies where Numba puts it.
 with suppress(OSError, RuntimeError):
-    config.CACHE_DIR = config.CACHE_DIR or str(_folder())
+    config.CACHE_DIR = config.CACHE_DIR or str(_folder())  # type: ignore[attr-defined]
 
 
 def njit(function: Any) -> Any:

@@ -15,12 +15,14 @@ class EngineKind(NamedTuple):
     """Where an engine is.
 
     Attributes:
-        module: The module with the class `Engine`.
+        module: The module of its class.
+        cls: The class, an `Engine`.
         package: What it imports, by the name it is imported by.
         install: How to get that.
     """
 
     module: str
+    cls: str
     package: str
     install: str
 
@@ -28,11 +30,15 @@ class EngineKind(NamedTuple):
 ENGINES: dict[EngineName, EngineKind] = {
     "bullet": EngineKind(
         "gaitlab.simulation.bullet.engine",
+        "BulletEngine",
         "pybullet",
         "`pip install pybullet`, which has wheels for Python 3.11 and older on Linux x86-64 alone",
     ),
     "mujoco": EngineKind(
-        "gaitlab.simulation.mujoco.engine", "mujoco", "`pip install 'gaitlab[mujoco]'`"
+        "gaitlab.simulation.mujoco.engine",
+        "MujocoEngine",
+        "mujoco",
+        "`pip install 'gaitlab[mujoco]'`",
     ),
 }
 
@@ -57,5 +63,6 @@ def engine_named(name: EngineName) -> type[Engine]:
         WrongValue: If its package is not installed; says how to get it.
     """
     require_engine(name)
-    found: type[Engine] = import_module(ENGINES[name].module).Engine
+    kind = ENGINES[name]
+    found: type[Engine] = getattr(import_module(kind.module), kind.cls)
     return found

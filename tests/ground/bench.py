@@ -1,4 +1,4 @@
-"""A sled on two soles: the plate, weight and spring scale of a turf laboratory, in real Bullet.
+"""A sled on two soles: the plate, weight and spring scale of a turf laboratory, in a real engine.
 
 Two flat soles hang rigidly below a beam, so that what is measured is the ground and nothing else.
 """
@@ -8,15 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pybullet
 
 from gaitlab.model import Box, Joint, Link, Tree, standing
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import EngineSettings, Spread
+from gaitlab.model.settings import EngineName, EngineSettings, Spread
 from gaitlab.model.soles import Sole
-from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.engines import engine_named
+from gaitlab.simulation.tape import Tape
 from gaitlab.surfaces import Surface
 from gaitlab.surfaces.files import load_surface
+from tests.driven import endless
 
 GRAVITY = 9.81
 AREA = 0.125 * 0.080  # m^2 of one sole
@@ -68,20 +69,24 @@ class Sled:
 
 
 class Bench:
-    """A sled on a surface, and the instruments on it."""
+    """A sled on a surface, and the instruments on it.
+
+    Attributes:
+        last: What the last tick gave.
+    """
 
     def __init__(
         self, surface: Surface, sled: Sled, *, gap: float, dt: float = 0.002,
-        spread: Spread = STILL, seed: int = 0,
+        spread: Spread = STILL, seed: int = 0, engine: EngineName = "bullet",
     ) -> None:  # fmt: skip
         self.dt, self.sled = dt, sled
         self.pose = np.full(2, sled.pitch)
-        self.engine = Engine(
+        self.engine = engine_named(engine)(
             sled, surface, (LOCK, LOCK), start=standing(sled, self.pose, gap=gap),
-            settings=EngineSettings(dt=dt), spread=spread, seed=seed,
+            settings=EngineSettings(name=engine, dt=dt), spread=spread, seed=seed,
         )  # fmt: skip
-        self._world = self.engine._client
-        self._body = self.engine._body
+        self._ending, self._joints = endless(), 2 + (sled.gantry != "none")
+        self.last = Tape(0, self._joints)
 
     def __enter__(self) -> Bench:
         return self
@@ -91,12 +96,9 @@ class Bench:
 
     def tick(self, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
         """One tick with a force on the middle of the beam, in [N]."""
-        self.engine.command(self.pose)
-        if any(force):
-            self._world.applyExternalForce(
-                self._body, -1, force, self.engine.state().position, pybullet.WORLD_FRAME
-            )
-        self.engine.step()
+        self.last = Tape(1, self._joints)
+        self.engine.pull(force)
+        self.engine.advance(self.pose[None], self.last, self._ending)
 
     def run(self, seconds: float, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
         for _ in range(round(seconds / self.dt)):
@@ -104,23 +106,22 @@ class Bench:
 
     def pull(self, speed: float, gain: float = 2000.0) -> float:
         """Pull along x towards a speed [m/s] for a tick; returns the force used, in [N]."""
-        state = self.engine.state()
-        force = gain * (speed - state.velocity[0])
+        force = gain * (speed - float(self.engine.trunk[7]))
         self.tick((force, 0.0, 0.0))
         return force
 
     @property
     def gap(self) -> float:
         """Gap under the middle of the soles, in [m]."""
-        return self.engine.state().position[2] - 0.038
+        return float(self.engine.trunk[2]) - 0.038
 
     @property
     def plough(self) -> float:
         """Plough force on both feet along x, in [N]."""
-        return sum(force[0] for force in self.engine.plough)
+        return float(self.last.plough[-1, :, 0].sum())
 
     def energy(self) -> float:
         """Kinetic and potential energy of the beam and feet as one body, in [J]."""
-        state = self.engine.state()
-        speed = float(np.dot(state.velocity, state.velocity))
-        return 0.5 * self.sled.mass * speed + self.sled.mass * GRAVITY * state.position[2]
+        trunk = self.engine.trunk
+        speed = float(np.dot(trunk[7:10], trunk[7:10]))
+        return 0.5 * self.sled.mass * speed + self.sled.mass * GRAVITY * float(trunk[2])

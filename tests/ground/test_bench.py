@@ -394,17 +394,14 @@ def _hinge(bench: Bench, law: PileLaw, area: float) -> tuple[float, float, float
         Moment [N m] without that of friction and of the foot's own weight, lever arm [m] of the
         law's pressures at the sole's true pose, and vertical force [N], each of the left foot.
     """
-    state, left = bench.engine.state(), bench.engine.feet[0]
-    tilt, torque, height = state.joints[0, 0], state.joints[2, 0], state.position[2]
+    last, left = bench.last, bench.last.contacts.of(0)
+    tilt, torque, height = last.joints[0, 0, 0], last.joints[0, 2, 0], last.trunk[0, 2]
     arms = _turned(bench.sled.sole.supports(), tilt)
     loads = area * law.pressure(arms[:, 2] + height)
-    friction = lift = 0.0
-    for p in (p for p in state.contacts if p[3] == left):
-        force = p[9] * np.array(p[7]) + p[10] * np.array(p[11]) + p[12] * np.array(p[13])
-        friction += (p[5][2] - height) * force[0]
-        lift += force[2]
+    friction = float((left.position[:, 2] - height) @ left.force[:, 0])
+    lift = float(left.force[:, 2].sum())
     # The push lies in the height of the loads, as the sideways force that it takes away does.
-    friction += (loads @ arms[:, 2] / loads.sum()) * bench.engine.push[0][0]
+    friction += (loads @ arms[:, 2] / loads.sum()) * last.push[0, 0, 0]
     swung = 0.12 * GRAVITY * 0.033 * np.sin(tilt)
     return swung - torque - friction, -(loads @ arms[:, 0]) / loads.sum(), lift
 
@@ -464,7 +461,7 @@ def test_a_robot_that_is_put_on_the_ground_is_not_thrown(name: str, spread: Spre
             start, top, forces = bench.energy(), 0.0, []
             for _ in range(300):
                 bench.tick()
-                forces.append(sum(point[9] for point in bench.engine.state().contacts))
+                forces.append(bench.last.contacts.force[:, 2].sum())
                 top = max(top, bench.energy())
         assert max(forces) < 1.2 * 3.5 * GRAVITY
         assert spread is ROUGH or top - start < 1e-5  # J, a third of a micrometre of height

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.model.servo import Servo
-from gaitlab.servos.law import drive, feedback, lags, servo_row, torque_limit
+from gaitlab.servos.law import servo_row, torque_limit
+from gaitlab.simulation.bullet.motors import drive, feedback, lags
 
 SERVO = Servo(
     stall_torque=6.0, no_load_speed=6.6, voltage=12.0, supply=12.0, torque_limit=0.6,

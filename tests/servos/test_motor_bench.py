@@ -22,10 +22,10 @@ from gaitlab.model.servo import Servo
 from gaitlab.model.soles import Sole
 from gaitlab.model.urdf import urdf
 from gaitlab.plugins import names
-from gaitlab.servos.bank import ServoBank
 from gaitlab.servos.files import load_servo
 from gaitlab.servos.law import torque_limit
-from gaitlab.simulation.bullet import (
+from gaitlab.simulation.bullet.motors import Motors
+from gaitlab.simulation.bullet.world import (
     VELOCITY_CONTROL,
     WORLD_FRAME,
     BulletClient,
@@ -102,13 +102,15 @@ def bench(
     free = mobility(client, body, [index])
     assert free[0, 0] * (HELD if held else inertia) == pytest.approx(1.0)
     loose = np.full((1, 1), 1.0 / inertia)
-    bank = ServoBank([servo], np.ones(1), dt, np.zeros(1), loose)
+    motors = Motors([servo], np.ones(1), dt, loose)
     constant = inertia * servo.no_load_speed / servo.stall_torque
     ticks = int((seconds or max(0.6, 12.0 * constant)) / dt)
     speeds, torques = [], []
     for _ in range(ticks):
         state = client.getJointState(body, index)
-        speed, torque = bank.drive(*(np.array([x]) for x in (target, state[0], state[1], state[3])))
+        speed, torque = motors.drive(
+            *(np.array([x]) for x in (target, state[0], state[1], state[3]))
+        )
         client.setJointMotorControl2(
             body, index, VELOCITY_CONTROL, targetVelocity=speed[0], force=torque[0]
         )

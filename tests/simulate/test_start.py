@@ -19,6 +19,7 @@ from gaitlab.model.settings import Spread
 from gaitlab.servos.law import stiffness
 from gaitlab.simulation.simulate import engine_for, start_of
 from gaitlab.simulation.trial import Trial
+from tests.driven import drive
 from tests.trials import trial as eros
 
 TRIALS = {
@@ -46,14 +47,12 @@ def test_soles_begin_level_and_no_force_jumps(name: str) -> None:
     feet = feet_of(trial, 50)  # 0.1 s; a soft layer rocks on for longer
     targets = joint_commands(trial.robot, feet)
     with engine_for(trial, feet) as engine:
-        first, loads = engine.state(), []
-        tilts = sole_tilts(trial, first.joints[0, : targets.shape[1]], first.quaternion)
-        for target in targets:
-            engine.command(target)
-            engine.step()
-            contacts = engine.state().contacts
-            loads.append(sum(point[9] for point in contacts))
-            assert {point[3] for point in contacts} <= set(engine.feet)  # nothing else, no shell
+        begin = start_of(trial, feet)
+        tilts = sole_tilts(trial, begin.joints, engine.trunk[3:7])
+        tape = drive(engine, targets, gantry=gantry_of(trial.robot) != "none")
+    contacts = tape.contacts
+    loads = contacts.total(contacts.force[:, 2], len(targets))
+    assert not tape.body_touches.any()  # nothing but soles, no shell
     assert np.degrees(tilts).max() < 0.1
     assert max(loads) < 1.2 * trial.robot.tree.mass * GRAVITY
     assert max(loads) > 0.5 * trial.robot.tree.mass * GRAVITY
@@ -63,7 +62,7 @@ def test_soles_begin_level_and_no_force_jumps(name: str) -> None:
 def test_a_commanded_lean_is_where_the_trunk_begins(lean: float) -> None:
     trial = eros("grass_50mm", trunk_pitch=lean, spread=Spread(tilt=0.0))
     with engine_for(trial, feet_of(trial)) as engine:
-        x, y, z, w = engine.state().quaternion
+        x, y, z, w = engine.trunk[3:7]
     assert 2.0 * np.arctan2(y, w) == pytest.approx(lean, abs=1e-6)
     assert abs(x) < 1e-9
     assert abs(z) < 1e-9

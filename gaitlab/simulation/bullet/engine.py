@@ -41,7 +41,7 @@ SLOP = 1e-5  # m, by which Bullet lets bodies overlap; put down without it they 
 RAW_FIELDS = 17  # of a contact as it is noted: tick, side, point, three forces with directions
 
 
-class Engine:
+class BulletEngine:
     """A robot standing on a surface; arguments and methods as of the protocol."""
 
     def __init__(
@@ -96,7 +96,7 @@ class Engine:
         self._now: np.ndarray | None = None
         self._force = ORIGIN
 
-    def __enter__(self) -> Engine:
+    def __enter__(self) -> BulletEngine:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -8,8 +8,8 @@ import pytest
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import Spread
 from gaitlab.parameters import values
-from gaitlab.servos.bank import ServoBank, unequally_late
 from gaitlab.servos.files import load_servo
+from gaitlab.servos.latency import Latency, unequally_late
 
 AX_12 = replace(load_servo("ax_12"), latency=0.08)
 DT = 0.002  # s
@@ -25,13 +25,7 @@ def heard(late: Sequence[float], sent: np.ndarray, dt: float = DT) -> np.ndarray
     """What servos that are late by so many seconds hear. Shapes (n,) or (n, joints)."""
     rows = np.broadcast_to(sent[:, None], (len(sent), len(late))) if sent.ndim == 1 else sent
     servos = [replace(AX_12, latency=latency) for latency in late]
-    bank = ServoBank(servos, np.ones(len(late)), dt, rows[0].copy(), np.eye(len(late)))
-    found = []
-    for row in rows:
-        still = np.zeros(len(late))
-        bank.drive(row.copy(), still, still, still)
-        found.append(bank._arrived().copy())
-    return np.array(found)
+    return Latency(servos, dt, rows[0].copy()).arriving(rows.copy())
 
 
 @pytest.fixture
@@ -74,10 +68,7 @@ def test_seeds_differ_and_repeat() -> None:
 
 def test_every_servo_hears_a_target_after_its_own_latency() -> None:
     servos: list[Servo] = [replace(AX_12, latency=n) for n in (0.0, 0.002, 0.006)]
-    bank = ServoBank(servos, np.ones(3), DT, np.zeros(3), np.eye(3))
-    still = np.zeros(3)
-    speeds = [bank.drive(np.ones(3), still, still, still)[0] for _ in range(5)]
-    moving = np.array(speeds) > 0.0
+    moving = Latency(servos, DT, np.zeros(3)).arriving(np.ones((5, 3))) > 0.0
     assert moving.argmax(axis=0).tolist() == [0, 1, 3]
     assert moving[-1].all()
 
@@ -131,6 +122,16 @@ def test_a_servo_hears_the_same_whoever_else_is_late(sent) -> None:
     for late in (0.0, 0.004, 0.0047):
         alone = heard([late] * 3, sent)[:, 0]
         np.testing.assert_array_equal(heard([late, 0.0113, 0.05], sent)[:, 0], alone)
+
+
+@pytest.mark.parametrize("late", [(0.0, 0.004, 0.0191), (0.0,) * 3, (0.0137,) * 3])
+@pytest.mark.parametrize("cut", [1, 2, 7, 59])
+def test_what_is_sent_at_once_arrives_as_what_is_sent_in_parts(sent, late, cut: int) -> None:
+    servos = [replace(AX_12, latency=latency) for latency in late]
+    whole = Latency(servos, DT, sent[0]).arriving(sent)
+    parts = Latency(servos, DT, sent[0])
+    found = np.concatenate([parts.arriving(sent[k : k + cut]) for k in range(0, len(sent), cut)])
+    np.testing.assert_array_equal(found.view(np.int64), whole.view(np.int64))
 
 
 def test_a_spread_of_latency_names_a_trial_only_where_it_is_used() -> None:
