@@ -16,6 +16,7 @@ import tempfile
 import time
 from contextlib import nullcontext
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from statistics import median
 from unittest.mock import patch
@@ -26,9 +27,11 @@ from pybullet_utils.bullet_client import BulletClient
 
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
+from gaitlab.log.course import Course
 from gaitlab.model import Robot
 from gaitlab.running.run_trial import run_trial
-from gaitlab.simulation.bullet import (
+from gaitlab.simulation.bullet.engine import BulletEngine
+from gaitlab.simulation.bullet.world import (
     GROUND,
     LEFT_SHELL,
     OTHERS,
@@ -37,8 +40,9 @@ from gaitlab.simulation.bullet import (
     let_legs_meet,
     links,
 )
-from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.ending import Ending
 from gaitlab.simulation.simulate import engine_for
+from gaitlab.simulation.tape import Tape
 from gaitlab.simulation.trial import Trial
 from gaitlab.store import Store
 from gaitlab.surfaces.files import load_surface
@@ -52,11 +56,13 @@ def walking_trial(surface: str, seed: int) -> Trial:
     return Trial.from_dict({**trial.to_dict(), "seed": seed})
 
 
-def on_hard_floor(trial: Trial) -> tuple[Engine, np.ndarray]:
+def on_hard_floor(trial: Trial) -> tuple[BulletEngine, np.ndarray]:
     """A fresh engine on the hard floor and the trial's targets."""
     feet = trial.gait.feet(np.arange(int(30.0 / trial.engine.dt)) * trial.engine.dt)
     floor = replace(trial, surface=load_surface("hard_floor"))
-    return engine_for(floor, feet), trial.robot.joint_targets(feet)
+    engine = engine_for(floor, feet)
+    assert isinstance(engine, BulletEngine)
+    return engine, trial.robot.joint_targets(feet)
 
 
 def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[float]]]:
@@ -64,16 +70,15 @@ def motor_commands(trial: Trial, ticks: int) -> list[tuple[list[float], list[flo
     commands: list[tuple[list[float], list[float]]] = []
     engine, targets = on_hard_floor(trial)
     with engine:
-        motors = engine._motors
+        asked = engine._motors.drive
 
-        def noted(*which: object, **asked: list[float]) -> None:
-            commands.append((asked["targetVelocities"], asked["forces"]))
-            motors(*which, **asked)
+        def noted(*state: np.ndarray) -> tuple[list[float], list[float]]:
+            commands.append(asked(*state))
+            return commands[-1]
 
-        engine._motors = noted
-        for target in targets[:ticks]:
-            engine.command(target)
-            engine.step()
+        engine._motors.drive = noted
+        far = Ending(dt=0.002, standing_height=0.3, startup=0, distance=inf, course=Course(ahead=0))
+        engine.advance(targets[:ticks], Tape(ticks, targets.shape[1]), far)
     return commands
 
 
@@ -98,7 +103,7 @@ def bare(trial: Trial, ticks: int, meeting: bool = True) -> float:
         ticks: How long.
         meeting: Whether the legs can touch each other.
     """
-    place = "gaitlab.simulation.engine.let_legs_meet"
+    place = "gaitlab.simulation.bullet.engine.let_legs_meet"
     with nullcontext() if meeting else patch(place, meet_ground):
         commands = motor_commands(trial, ticks)
         engine, _ = on_hard_floor(trial)

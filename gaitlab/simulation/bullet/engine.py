@@ -95,6 +95,11 @@ class BulletEngine:
             self._place(start, lift=self._pile.settle() - SLOP)
         self._now: np.ndarray | None = None
         self._force = ORIGIN
+        # The calls of a step, looked up once: the client wraps a function each time it is asked.
+        self._step, self._control = client.stepSimulation, client.setJointMotorControlArray
+        self._joint_states, self._contact_points = client.getJointStates, client.getContactPoints
+        self._base_pose = client.getBasePositionAndOrientation
+        self._base_velocity = client.getBaseVelocity
 
     def __enter__(self) -> BulletEngine:
         return self
@@ -152,14 +157,14 @@ class BulletEngine:
         for targets in due:
             position, velocity, applied = self._read_joints()[:, self._driven]
             speed, torque = self._motors.drive(targets, position, velocity, applied)
-            self._client.setJointMotorControlArray(
+            self._control(
                 self._body, self._joints, VELOCITY_CONTROL, targetVelocities=speed, forces=torque
             )
             if self._pile is not None:
                 self._pile.press()
             if self._force != ORIGIN:
                 self._pull()
-            self._client.stepSimulation()
+            self._step()
             self._now = None
             if len(due) > 1:
                 spent = spent + self._read_joints()[2] / len(due)
@@ -174,7 +179,7 @@ class BulletEngine:
     def _read_joints(self) -> np.ndarray:
         """Positions, velocities and torques of the joints, read from Bullet once a step."""
         if self._now is None:
-            states = self._client.getJointStates(self._body, self._read)
+            states = self._joint_states(self._body, self._read)
             position, velocity, _, torque = zip(*states, strict=True)
             self._now = np.array((position, velocity, torque))
         return self._now
@@ -186,7 +191,7 @@ class BulletEngine:
         in 9, friction on it in 10 to 13.
         """
         touches = False
-        for p in self._client.getContactPoints(self._body):
+        for p in self._contact_points(self._body):
             if p[2] == self._body:
                 continue  # one leg and the other
             side = self._sides.get(p[3])
@@ -200,12 +205,12 @@ class BulletEngine:
         """Centre of mass, orientation xyzw, velocity and spin of the trunk."""
         if self._rig is not None:
             return self._rig.trunk()
-        position, quaternion = self._client.getBasePositionAndOrientation(self._body)
+        position, quaternion = self._base_pose(self._body)
         if self._principal is not None:
             _, quaternion = self._client.multiplyTransforms(
                 ORIGIN, quaternion, ORIGIN, self._principal
             )
-        velocity, spin = self._client.getBaseVelocity(self._body)
+        velocity, spin = self._base_velocity(self._body)
         return position, quaternion, velocity, spin
 
     def _read_trunk(self, row: np.ndarray) -> None:
