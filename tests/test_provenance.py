@@ -59,16 +59,16 @@ def test_makers_are_the_code_and_the_data_of_a_trial_and_no_page_or_command() ->
 
 
 def test_another_byte_of_a_maker_or_another_file_to_name_is_another_code(package: Path) -> None:
-    before = provenance.code_digest.__wrapped__(package)
+    before = provenance.code_digest.__wrapped__("bullet", package)
     for path in (package / "report").rglob("*.py"):
         path.write_text("# another\n")
-    assert provenance.code_digest.__wrapped__(package) == before
+    assert provenance.code_digest.__wrapped__("bullet", package) == before
     (package / "gaits" / "mine.py").write_text("HEIGHT = 0.2\n")
-    named = provenance.code_digest.__wrapped__(package)
+    named = provenance.code_digest.__wrapped__("bullet", package)
     assert named != before
     with (package / "simulation" / "loop.py").open("a") as code:
         code.write("# another\n")
-    assert provenance.code_digest.__wrapped__(package) not in (before, named)
+    assert provenance.code_digest.__wrapped__("bullet", package) not in (before, named)
 
 
 def test_another_version_of_a_library_is_another_code(monkeypatch: pytest.MonkeyPatch) -> None:

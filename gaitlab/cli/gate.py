@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from gaitlab.cli.common import INTERRUPTED, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
+    Engine,
     ExperimentName,
     Jobs,
     Seeds,
     Settings,
     StoreFolder,
+    with_engine,
     written_to,
 )
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, tell
@@ -22,6 +25,7 @@ from gaitlab.errors import StoreError, Undecided, UsageError, WorseBaseline
 
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
+    from gaitlab.model.settings import EngineName
     from gaitlab.regression import Baseline, GateResult
     from gaitlab.store import Store
 
@@ -39,6 +43,7 @@ def check(
     jobs: Jobs = None,
     seeds: Seeds = None,
     settings: Settings = None,
+    engine: Engine = None,
     store: StoreFolder = DEFAULT_STORE,
     summary: Annotated[
         Path | None,
@@ -74,7 +79,7 @@ def check(
 
     _refuse_folder(summary, "--summary")
     with other_output_on_stderr():
-        wanted = load_experiment(experiment, settings or (), seeds)
+        wanted = load_experiment(experiment, with_engine(settings, engine), seeds)
     before = None
     try:
         before = read_baseline(baseline)
@@ -102,6 +107,7 @@ def baseline(
     ] = False,
     seeds: Seeds = None,
     settings: Settings = None,
+    engine: Engine = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Write what the walks of an experiment gave, for `gaitlab check` to compare with.
@@ -119,7 +125,7 @@ def baseline(
 
     _refuse_folder(output, "--output")
     with other_output_on_stderr():
-        wanted = load_experiment(experiment, settings or (), seeds)
+        wanted = load_experiment(experiment, with_engine(settings, engine), seeds)
     found = record(wanted, Store(store))
     _tell_of_other_code(found)
     if output.exists() and not force:
@@ -185,8 +191,8 @@ def _refuse_worse(found: Baseline, output: Path) -> None:
 def _tell_of_other_code(found: Baseline) -> None:
     from gaitlab.running.provenance import code_digest
 
-    codes = found.provenance.get("code", ())
-    if codes != (code_digest(),):
+    engines = cast("Sequence[EngineName]", found.provenance.get("engine", ("bullet",)))
+    if {*found.provenance.get("code", ())} != {code_digest(engine) for engine in engines}:
         tell(
             "note: other code than this has simulated some of these trials; `gaitlab check` will "
             "simulate them again"

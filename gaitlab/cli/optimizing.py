@@ -13,11 +13,13 @@ import typer
 from gaitlab.cli.common import INTERRUPTED, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
+    Engine,
     Jobs,
     Quiet,
     Settings,
     StoreFolder,
     completed,
+    with_engine,
     written_to,
 )
 from gaitlab.cli.printing import duration, other_output_on_stderr, plural, say, tell
@@ -101,6 +103,7 @@ def optimize(
     jobs: Jobs = None,
     storage: StorageAddress = None,
     settings: Settings = None,
+    engine: Engine = None,
     store: StoreFolder = DEFAULT_STORE,
     export: Export = None,
     dry_run: DryRun = False,
@@ -125,7 +128,7 @@ def optimize(
     from gaitlab.search.winner import check_target
     from gaitlab.store import Store
 
-    given = [*(settings or ()), *_trials_setting(trials)]
+    given = [*with_engine(settings, engine), *_trials_setting(trials)]
     if export is not None:
         check_target(export)
     with other_output_on_stderr():

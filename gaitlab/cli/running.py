@@ -21,6 +21,7 @@ from gaitlab.cli.common import (
 )
 from gaitlab.cli.options import (
     DEFAULT_STORE,
+    Engine,
     ExperimentName,
     Jobs,
     Quick,
@@ -28,6 +29,7 @@ from gaitlab.cli.options import (
     Seeds,
     Settings,
     StoreFolder,
+    with_engine,
 )
 from gaitlab.cli.printing import (
     other_output_on_stderr,
@@ -47,6 +49,7 @@ def run(
     jobs: Jobs = None,
     seeds: Seeds = None,
     settings: Settings = None,
+    engine: Engine = None,
     store: StoreFolder = DEFAULT_STORE,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Run trials again that failed before.")
@@ -78,12 +81,13 @@ def run(
     from gaitlab.store import Store
 
     results, workers = Store(store), worker_count(jobs)
+    settings = with_engine(settings, engine)
     if is_reproduction(experiment):
         from gaitlab.cli.reproducing import RunOptions, run_members
         from gaitlab.papers.reproduction import load_reproduction
 
         with other_output_on_stderr():
-            whole = load_reproduction(experiment, quick=quick, settings=settings or (), seeds=seeds)
+            whole = load_reproduction(experiment, quick=quick, settings=settings, seeds=seeds)
         again = arguments_of(experiment, settings, seeds, store, quick=quick)
         options = RunOptions(
             workers=workers,
@@ -97,7 +101,7 @@ def run(
         return run_members(whole, results, options, dry_run=dry_run)
     refuse_quick(experiment, quick)
     with other_output_on_stderr():
-        wanted = load_experiment(experiment, settings or (), seeds)
+        wanted = load_experiment(experiment, settings, seeds)
     refuse_study(wanted)
     planned = plan(wanted)
     refuse_large(cost(planned, planned.size, workers), yes)

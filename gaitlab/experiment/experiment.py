@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import cast
 
 from gaitlab.documents import Node
 from gaitlab.errors import FileError, UsageError, WrongValue
@@ -18,9 +19,11 @@ from gaitlab.experiment.design import Design
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
+from gaitlab.model.settings import EngineName
 from gaitlab.parameters import canonical_json, values
 from gaitlab.plugins import label
 
+ENGINE = "engine.name"  # the dotted path that chooses the engine
 WALKER = "robot"  # what the walkers vary, as the values of a cell call it
 LONGEST_NAME = 100  # characters of a folder of the store
 LONGEST_FORM = 50  # characters that tell of options
@@ -76,6 +79,18 @@ class Experiment:
     def parts_of(self, values: Mapping[str, Value]) -> Parts:
         """Parts that a cell of these values starts from."""
         return self.walkers[str(values[WALKER])] if self.walkers else self.parts
+
+    @property
+    def engines(self) -> set[EngineName]:
+        """Every engine that its trials ask for."""
+        walkers = self.walkers.values() or [self.parts]
+        varied = {
+            row[axis.paths.index(ENGINE)]
+            for axis in self.axes
+            for row in axis.rows
+            if ENGINE in axis.paths
+        }
+        return cast("set[EngineName]", varied) or {parts.engine.name for parts in walkers}
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -187,9 +202,16 @@ def digest(
         "seeds": len(seeds) if isinstance(seeds, range) else seeds,
         "report": {key: value for key, value in layout.items() if key not in DRAWN},
         **({"walkers": [_other_content(other) for other in others]} if others else {}),
-        **({} if study is None else {"study": asdict(study)}),
+        **({} if study is None else {"study": _study_content(study)}),
     }
     return hashlib.sha256(canonical_json(content).encode()).hexdigest()
+
+
+def _study_content(study: Study) -> dict[str, object]:
+    asked = asdict(study)
+    if study.confirm is None:  # came when studies had digests already
+        del asked["confirm"]
+    return asked
 
 
 def _walker_content(parts: Parts) -> dict[str, object]:

@@ -20,6 +20,7 @@ from math import inf
 from typing import Literal
 
 from gaitlab.experiment.parts import Value
+from gaitlab.model.settings import EngineName
 
 Direction = Literal["maximize", "minimize"]
 # Value in a trial that did not walk at all; in one that fell they are what was measured.
@@ -239,6 +240,7 @@ class Study:
         constraints: All must hold.
         racing: None to walk every candidate with every seed.
         early_stop: Candidates without an improvement after which the search ends; None for never.
+        confirm: Engine of the final and of all that checks the winner; None for the search's own.
     """
 
     sampler: str
@@ -251,6 +253,7 @@ class Study:
     constraints: tuple[Constraint, ...]
     racing: Racing | None
     early_stop: int | None
+    confirm: EngineName | None = None
 
 
 def _shown(value: Value) -> str:

@@ -14,6 +14,8 @@ study:
     - {metric: saturation_share, at_most: 0.05, seeds: {quantile: 0.5}}
   racing: {rounds: [2, 4, 8], confidence: 0.9}     # or off; by default twice as many each round
   early_stop: 60          # candidates without an improvement; off by default
+  confirm: bullet         # engine of the final and of all that checks the winner, as
+                          # `engine: {name: mujoco}` is the one to search in
 """
 
 from __future__ import annotations
@@ -52,6 +54,7 @@ from gaitlab.experiment.study import (
 )
 from gaitlab.metrics import REQUISITES, lookup, names
 from gaitlab.model import gantry_of
+from gaitlab.model.settings import EngineName
 from gaitlab.parameters import Parameter
 from gaitlab.plugins import label, suggestion
 
@@ -81,6 +84,9 @@ EARLY_STOP = Parameter(
     low=1,
     high=MOST_TRIALS,
     doc="candidates without an improvement after which the search ends, or off",
+)
+CONFIRM = Parameter(
+    name="confirm", type=EngineName, doc="engine of the final and of all that checks the winner"
 )
 SHARE = Parameter(
     name="", type=float, low=0.0, high=1.0, doc="share of the trials, counted from the worst"
@@ -155,6 +161,7 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
         "constraints": partial(read_constraints, walks=walks),
         "racing": partial(_read_racing, seeds=len(seeds)),
         "early_stop": _read_early_stop,
+        "confirm": CONFIRM,
     }
     given = read_mapping("", section, readers, expected="", problems=problems)
     sampler, options = given.get("sampler", (DEFAULT, {}))
@@ -172,6 +179,7 @@ def read_study(section: Node | None, parts: Parts | None, seeds: Sequence[int]) 
         constraints=given.get("constraints", ()),
         racing=given["racing"] if "racing" in given else _usual_racing(len(seeds)),
         early_stop=given.get("early_stop"),
+        confirm=given.get("confirm"),
     )
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import cast
 
 from gaitlab.errors import Undecided
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.shell import command
 from gaitlab.metrics import lookup
+from gaitlab.model.settings import EngineName
 from gaitlab.regression.baseline import KEPT, Baseline, Walk
 from gaitlab.running.basis import basis
 from gaitlab.running.provenance import code_digest
@@ -23,7 +25,8 @@ COMPARED = (  # of the provenance: what the bits of a log depend on, and what he
     "python_version",
     "numpy_version",
     "numba_version",
-    "pybullet_version",
+    "engine",
+    "engine_version",
     "platform",
     "processor",
     "code",
@@ -38,16 +41,19 @@ def discard_stale(experiment: Experiment, store: Store) -> int:
     A trial's identity does not change with the code of a shipped gait or of the engine, so a kept
     store would answer with last night's walks. Returns how many were dropped.
     """
-    index, now = store.index(), code_digest()
-    stale = [
-        key
-        for key in _wanted(experiment).keys() & index.entries.keys()
-        if index.entries[key].details.provenance.get("code") != now
-    ]
+    index = store.index()
+    known = {key: index.entries[key] for key in _wanted(experiment) if key in index.entries}
+    stale = [key for key, entry in known.items() if not _current(entry.details.provenance)]
     if stale:
         with store.lock() as held:
             store.discard(stale, held)
     return len(stale)
+
+
+def _current(provenance: Mapping[str, object]) -> bool:
+    """Whether this code, with the same engine, has simulated it."""
+    engine = cast(EngineName, provenance.get("engine", "bullet"))
+    return provenance.get("code") == code_digest(engine)
 
 
 def record(experiment: Experiment, store: Store) -> Baseline:

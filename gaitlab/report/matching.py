@@ -78,8 +78,14 @@ def matched(results: Results, first: Variant, second: Variant) -> Matched:
 def matched_grounds(results: Results, first: str, second: str) -> Matched:
     """The runs on two grounds, paired as those of variants; a cell is the same walk on both."""
     keys = ["variant", *(key for key in places(results) if key != "surface")]
-    trials = results.trials
-    return _matched([trials[trials["surface"] == name] for name in (first, second)], keys)
+    return matched_by(results.trials, "surface", (first, second), keys)
+
+
+def matched_by(
+    trials: pd.DataFrame, column: str, values: tuple[object, object], keys: Sequence[str]
+) -> Matched:
+    """The runs with one value of a column and those with another, in cells told apart by `keys`."""
+    return _matched([trials[trials[column] == value] for value in values], keys)
 
 
 def _matched(sides: Sequence[pd.DataFrame], keys: Sequence[str]) -> Matched:

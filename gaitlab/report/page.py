@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from gaitlab.report.agreement import agreement, agreement_blocks, agreement_sentence
 from gaitlab.report.cells import (
     HOW_TO_READ,
     PRINTED_ROWS,
@@ -77,6 +78,7 @@ def write_page(results: Results, sources: Sources, folder: Path) -> Path:
 
 def _first(results: Results, sources: Sources, compared: Compared, folder: Path) -> list[str]:
     """The answer, what to do next and what it rests on; the walks themselves folded."""
+    engines = agreement(results)
     return [
         heading(results),
         escape(results.question),
@@ -86,6 +88,7 @@ def _first(results: Results, sources: Sources, compared: Compared, folder: Path)
         *scores(results, compared[0]),
         cells_map(results, folder),
         findings(results, *compared),
+        agreement_sentence(engines) if engines else "",
         _next(results, sources, compared),
         _rests_on(results, sources),
         details(
@@ -99,12 +102,13 @@ def _second(results: Results, sources: Sources, compared: Compared, folder: Path
     """Everything that the answer rests on."""
     contrasts, why = comparison_blocks(results, *compared), reasons(results)
     printed = PRINTED_ROWS if reference_tables(results) else ""
-    measured = metrics_table(results)
+    measured, engines = metrics_table(results), agreement(results)
     return [
         f"{heading(results)}: details",
         "The answer is on [the page itself](README.md).",
         section("Stable cells", verdicts_note(results), headline(results), HOW_TO_READ, printed),
         section("Comparison", *contrasts) if contrasts else "",
+        section("Agreement of the engines", *agreement_blocks(results, engines)) if engines else "",
         section("Cell by cell", legend(results), cell_tables(results)),
         pair_maps(results, folder),
         section("Falls", falls_table(results)),

@@ -27,7 +27,14 @@ from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from gaitlab.store import Store
 
 PROVENANCE = (
-    *("gaitlab_version", "pybullet_version", "numpy_version", "numba_version", "python_version"),
+    *(
+        "gaitlab_version",
+        "engine",
+        "engine_version",
+        "numpy_version",
+        "numba_version",
+        "python_version",
+    ),
     *("platform", "processor"),
 )
 MACHINE = ("git_commit", "host")

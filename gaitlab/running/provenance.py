@@ -14,7 +14,9 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from gaitlab.model.settings import EngineName
 from gaitlab.plugins import IN_PACKAGE, SUFFIXES
+from gaitlab.simulation.engines import ENGINES
 
 PACKAGE = Path(__file__).parent.parent
 NUMBERS = (
@@ -26,14 +28,15 @@ CPUINFO = Path("/proc/cpuinfo")  # where Linux names the processor
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
 
-def provenance(wall_time: float) -> dict[str, str | float | None]:
+def provenance(wall_time: float, engine: EngineName) -> dict[str, str | float | None]:
     """What is worth knowing about a run that has just ended.
 
     Args:
         wall_time: How long it took, in [s].
+        engine: What simulated it.
     """
     return {
-        **_unchanging(),
+        **_unchanging(engine),
         "host": socket.gethostname(),
         "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
         "wall_time": round(wall_time, 3),
@@ -41,22 +44,23 @@ def provenance(wall_time: float) -> dict[str, str | float | None]:
 
 
 @cache
-def _unchanging() -> dict[str, str | None]:
+def _unchanging(engine: EngineName) -> dict[str, str | None]:
     return {
         "gaitlab_version": _version("gaitlab"),
         "python_version": platform.python_version(),
         "numpy_version": _version("numpy"),
-        "pybullet_version": _version("pybullet"),
+        "engine": engine,
+        "engine_version": _version(ENGINES[engine].package),
         "numba_version": _version("numba"),
         "platform": f"{sys.platform}-{platform.machine()}",
         "git_commit": _git_commit(PACKAGE),
         "processor": processor(),
-        "code": code_digest(),
+        "code": code_digest(engine),
     }
 
 
 @cache
-def code_digest(package: Path = PACKAGE) -> str:
+def code_digest(engine: EngineName = "bullet", package: Path = PACKAGE) -> str:
     """Digest of all that decides what a trial gives: code, shipped data, libraries. 16 hex digits.
 
     Another digest need not give other numbers, but the same one does: with it, a result found in
@@ -64,9 +68,10 @@ def code_digest(package: Path = PACKAGE) -> str:
     command is no part of it.
 
     Args:
+        engine: What simulates the trial.
         package: Folder of the package.
     """
-    files, libraries = makers(package)
+    files, libraries = makers(engine, package)
     digest = hashlib.sha256()
     for path in sorted(files):
         inside = path.relative_to(package).as_posix()
@@ -76,10 +81,10 @@ def code_digest(package: Path = PACKAGE) -> str:
     return digest.hexdigest()[:16]
 
 
-def makers(package: Path = PACKAGE) -> tuple[set[Path], set[str]]:
+def makers(engine: EngineName = "bullet", package: Path = PACKAGE) -> tuple[set[Path], set[str]]:
     """Files of the package that a trial's numbers follow from, and the libraries these import.
 
-    Folders of which a trial loads files by name count whole.
+    Folders of which a trial loads files by name count whole, of the engines that of the trial.
     """
     files = {
         path
@@ -87,7 +92,7 @@ def makers(package: Path = PACKAGE) -> tuple[set[Path], set[str]]:
         for path in (package / folder).rglob("*")
         if path.suffix in (*SUFFIXES[kind], TABLE)
     }
-    todo = [f"{package.name}.{part}" for part in NUMBERS]
+    todo = [ENGINES[engine].module, *(f"{package.name}.{part}" for part in NUMBERS)]
     todo += [name for path in files if path.suffix == ".py" for name in _imports(path)]
     libraries, seen = set[str](), set[str]()
     while todo:

@@ -13,6 +13,7 @@ from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
 from gaitlab.plugins import label
 from gaitlab.running.provenance import provenance
+from gaitlab.simulation.engines import engine_of
 from gaitlab.simulation.simulate import simulate
 from gaitlab.simulation.trial import Trial
 from gaitlab.store import Scalar, State, Store, TrialRecord
@@ -50,7 +51,7 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
         reason=outcome.reason,
         trial=trial,
         metrics=outcome.metrics,
-        provenance=provenance(time.perf_counter() - start),
+        provenance=provenance(time.perf_counter() - start, engine_of(trial)),
     )
     if not store.is_dir():  # a commit would make it anew, perhaps on another disk
         raise StoreError(

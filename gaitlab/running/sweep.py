@@ -23,6 +23,7 @@ from gaitlab.running.processes import executor
 from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Ended, Progress, Started, Summary
+from gaitlab.simulation.engines import engine_of, require_engine
 from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
 from gaitlab.store.store import TABLE_FROM
 
@@ -51,10 +52,13 @@ def dispatch(
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
 
     Raises:
+        WrongValue: If an engine that it asks for is not installed.
         StoreError: If the store is held by another run, cannot be written or has vanished.
         StoreFull: If there is no room; says how much the rest needs.
         KeyboardInterrupt: At the second Ctrl-C.
     """
+    for name in experiment.engines:
+        require_engine(name)
     with store.lock() as held:
         forecast = Forecast(workers=jobs)
         sweep = _Sweep(experiment, store, held, retry_failed, progress or Progress(), forecast)
@@ -270,7 +274,7 @@ def settle(store: Store, outcome: Outcome) -> TrialRecord:
         reason=outcome.reason,
         trial=outcome.job.trial,
         metrics={},
-        provenance=provenance(outcome.seconds),
+        provenance=provenance(outcome.seconds, engine_of(outcome.job.trial)),
     )
     store.commit(record, None)
     return record

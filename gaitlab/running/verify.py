@@ -145,6 +145,6 @@ def _difference(store: Store, again: Store, outcome: Outcome) -> str:
 
 
 _NUMERIC = (
-    *("numpy_version", "pybullet_version", "numba_version", "platform", "processor"),
+    *("numpy_version", "engine_version", "numba_version", "platform", "processor"),
     *("gaitlab_version", "git_commit"),
 )

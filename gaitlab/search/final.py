@@ -1,6 +1,7 @@
 """A final among the best of a search: the luckiest of many candidates is not always the best.
 
-The three best walk with as many seeds again, and all seeds together decide. Nothing of it is kept
+The three best walk with as many seeds again, and all seeds together decide. Where a study names
+an engine to confirm in, that is where they walk, the search's own seeds too. Nothing of it is kept
 apart: the trials are ordinary ones, and a final has been held when the store has them all.
 """
 
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from gaitlab.experiment import Experiment, candidate
+from gaitlab.experiment import Experiment, candidate, study_of
 from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.search.candidates import Candidate, History, ranked
 from gaitlab.search.objectives import evaluate, missing, stored_outcome
@@ -35,10 +36,19 @@ def final_seeds(experiment: Experiment) -> tuple[int, ...]:
     return (*experiment.seeds, *range(first, first + len(experiment.seeds)))
 
 
+def confirming(experiment: Experiment) -> Experiment:
+    """A study in the engine that confirms it; itself where it names none."""
+    name = study_of(experiment).confirm
+    if name is None:
+        return experiment
+    parts = experiment.parts
+    return replace(experiment, parts=replace(parts, engine=replace(parts.engine, name=name)))
+
+
 def final_experiment(experiment: Experiment, finalist: Candidate) -> Experiment:
     """A finalist with all seeds of the final, on the grounds of the study."""
     name = f"{experiment.name}-final-{finalist.number}"
-    every = replace(experiment, name=name, seeds=final_seeds(experiment))
+    every = replace(confirming(experiment), name=name, seeds=final_seeds(experiment))
     return candidate(every, finalist.values)
 
 

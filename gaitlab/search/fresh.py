@@ -1,9 +1,10 @@
 """The experiments that check a study's winner: ordinary ones, beside the study's own trials.
 
 `<study>-winner` and `<study>-default` walk with fresh seeds on every ground, `<study>-margins`
-around the winner. Fresh seeds are those from 1,000,000 on, which no search uses: a search's seeds
-count from 0, and one that lists larger ones moves the fresh ones beyond its own. What is in the
-store is never walked again, so a check goes on where it was stopped.
+around the winner, all in the engine that confirms the study; where that is not the one it searched
+in, the winner walks in both. Fresh seeds are those from 1,000,000 on, which no search uses: a
+search's seeds count from 0, and one that lists larger ones moves the fresh ones beyond its own.
+What is in the store is never walked again, so a check goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from gaitlab.experiment.plan import plan
 from gaitlab.parameters import canonical_json
 from gaitlab.plugins import names
 from gaitlab.search.candidates import Candidate, History
-from gaitlab.search.final import final_seeds
+from gaitlab.search.final import confirming, final_seeds
 from gaitlab.search.objectives import TrialOutcome, stored_outcome
 from gaitlab.store import Index
 from gaitlab.surfaces import Surface
@@ -26,6 +27,7 @@ from gaitlab.surfaces.files import load_surface
 
 Run: TypeAlias = Callable[[Experiment], bool]  # runs what is missing; False when it was stopped
 WINNER, DEFAULT, RANDOM = "winner", "hand-set default", "best of random search"
+SEARCHED = "winner in the engine of the search"
 FIRST_FRESH = 1_000_000  # seeds from here on are kept for checking
 FRESH_SEEDS = 10  # of a check, or as many as the study itself uses
 MARGIN_WALKS = 4  # at every step around the winner, on all grounds together
@@ -86,14 +88,27 @@ def grounds(experiment: Experiment) -> dict[str, Surface]:
 
 def winner_experiment(history: History, chosen: Candidate) -> Experiment:
     """The winner with fresh seeds on every ground."""
-    experiment, values = history.experiment, chosen.values
-    rows, seeds = [tuple(values.values())], fresh_seeds(experiment)
-    return derived(experiment, "winner", tuple(values), rows, seeds, grounds(experiment))
+    return _winner(confirming(history.experiment), chosen, "winner")
+
+
+def searched_experiment(history: History, chosen: Candidate) -> Experiment | None:
+    """The same in the engine of the search; None where that is the one that confirms."""
+    experiment = history.experiment
+    engine = experiment.parts.engine.name
+    if engine == confirming(experiment).parts.engine.name:
+        return None
+    return _winner(experiment, chosen, f"winner-{engine}")
+
+
+def _winner(experiment: Experiment, chosen: Candidate, role: str) -> Experiment:
+    rows, seeds = [tuple(chosen.values.values())], fresh_seeds(experiment)
+    return derived(experiment, role, tuple(chosen.values), rows, seeds, grounds(experiment))
 
 
 def default_experiment(experiment: Experiment) -> Experiment:
     """The experiment's own values with fresh seeds on every ground."""
-    return derived(experiment, "default", (), (), fresh_seeds(experiment), grounds(experiment))
+    wanted = confirming(experiment)
+    return derived(wanted, "default", (), (), fresh_seeds(experiment), grounds(experiment))
 
 
 def margin_seeds(experiment: Experiment) -> range:

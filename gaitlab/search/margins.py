@@ -17,6 +17,7 @@ from gaitlab.experiment import Experiment, Value
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Choices, Numbers
 from gaitlab.search.candidates import Candidate, History
+from gaitlab.search.final import confirming
 from gaitlab.search.fresh import WINNER, Run, derived, margin_seeds, rerun
 from gaitlab.search.objectives import TrialOutcome, missing
 from gaitlab.store import Store
@@ -210,7 +211,7 @@ class Around:
     """The walks around a winner, one parameter at a time."""
 
     def __init__(self, history: History, chosen: Candidate, store: Store, run: Run) -> None:
-        self._experiment = history.experiment
+        self._experiment = confirming(history.experiment)
         self._values = dict(chosen.values)
         self._store, self._run = store, run
         self._seeds = margin_seeds(history.experiment)

@@ -27,6 +27,7 @@ from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.database import Database, Pending, asks_for
 from gaitlab.search.sampling import ask
 from gaitlab.search.space import base_values, key
+from gaitlab.simulation.engines import require_engine
 from gaitlab.store import Held, Listed, Store
 from gaitlab.store.store import TABLE_FROM
 
@@ -152,11 +153,14 @@ def optimize(
 
     Raises:
         UsageError: If the experiment is no study, or the sampler's library is missing.
+        WrongValue: If an engine that it asks for is not installed.
         StoreError: If the store or the database cannot be used, or the database holds another
             study of this name.
         KeyboardInterrupt: At the second Ctrl-C.
     """
     study = study_of(experiment)
+    for name in experiment.engines | ({study.confirm} if study.confirm else set()):
+        require_engine(name)
     wanted = asks_for(experiment, basis(experiment))
     with store.lock() as held, Database.opened(experiment, store, storage, wanted) as database:
         search = _Search(

@@ -12,12 +12,14 @@ from gaitlab.running.outlook import WALL_RATIO
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.fresh import (
     DEFAULT,
+    SEARCHED,
     WINNER,
     Rerun,
     Run,
     default_experiment,
     margin_seeds,
     rerun,
+    searched_experiment,
     winner_experiment,
 )
 from gaitlab.search.margins import MOST_STEPS, Around, Margins
@@ -106,6 +108,8 @@ def validate(history: History, store: Store, run: Run, *, around: bool = True) -
         WINNER: winner_experiment(history, chosen),
         DEFAULT: default_experiment(history.experiment),
     }
+    if (searched := searched_experiment(history, chosen)) is not None:
+        experiments[SEARCHED] = searched
     going = all(run(wanted) for wanted in experiments.values() if missing(wanted, store.index()))
     index = store.index()
     reruns = tuple(rerun(label, wanted, index) for label, wanted in experiments.items())

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitlab import __version__
 from gaitlab.documents import Node, dump, plain
 from gaitlab.documents.outputs import write_text
 from gaitlab.errors import UsageError
@@ -16,7 +17,6 @@ from gaitlab.experiment import Experiment, Value, load_experiment
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.metrics import lookup
 from gaitlab.plugins import is_file_name
-from gaitlab.running.provenance import provenance
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.final import final_seeds
 from gaitlab.search.fresh import fresh_seeds
@@ -106,7 +106,7 @@ def _head(history: History, winner: Candidate) -> list[str]:
     experiment, study = history.experiment, history.study
     seeds = final_seeds(experiment) if history.finals else experiment.seeds
     grounds = ", ".join(experiment.parts.surfaces)
-    version = provenance(0.0)["gaitlab_version"]
+    version = __version__
     return [
         f"{FIRST_LINE} Candidate {winner.number} of {len(history.candidates)} of the study "
         f"{experiment.name} ({study.sampler}, seed {study.seed}).",

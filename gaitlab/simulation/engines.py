@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gaitlab.errors import WrongValue
 from gaitlab.model.settings import EngineName
@@ -41,6 +42,12 @@ ENGINES: dict[EngineName, EngineKind] = {
         "`pip install 'gaitlab[mujoco]'`",
     ),
 }
+
+
+def engine_of(trial: Mapping[str, Any]) -> EngineName:
+    """What simulates a trial in plain data."""
+    name: EngineName = trial["engine"].get("name", "bullet")
+    return name
 
 
 def require_engine(name: EngineName) -> None:

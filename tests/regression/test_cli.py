@@ -70,8 +70,8 @@ def other_night(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     def change(draw: int, **how: float) -> None:
         monkeypatch.setattr("gaitlab.running.processes.simulated", walker(draw, **how))
         for part in ("running.provenance", "regression.current"):
-            monkeypatch.setattr(f"gaitlab.{part}.code_digest", lambda: f"tomorrow {draw}")
-        monkeypatch.setattr("tests.regression.nights.code_digest", lambda: f"tomorrow {draw}")
+            monkeypatch.setattr(f"gaitlab.{part}.code_digest", lambda *_: f"tomorrow {draw}")
+        monkeypatch.setattr("tests.regression.nights.code_digest", lambda *_: f"tomorrow {draw}")
 
     return change
 

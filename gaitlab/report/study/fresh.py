@@ -16,7 +16,7 @@ from gaitlab.report.markdown import escape, table
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.words import UNKNOWN
 from gaitlab.report.words import share, surface_text
-from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, SEARCHED, WINNER, Rerun
 from gaitlab.search.objectives import TrialOutcome, combined, counted
 from gaitlab.search.objectives import score as scored
 from gaitlab.statistics import Count, Interval, Verdict, seed_interval, verdict_of, wilson
@@ -135,6 +135,8 @@ def _row_label(findings: Findings, rerun: Rerun) -> str:
     grounds = " + ".join(surface_text(name) for name in findings.grounds)
     if rerun.label == WINNER:
         return f"{grounds}, {findings.experiment.name}"
+    if rerun.label == SEARCHED:
+        return f"{grounds}, {findings.experiment.name} in {findings.experiment.parts.engine.name}"
     if rerun.label == RANDOM:
         return f"{grounds}, random search"
     return "nothing, hand-set default"

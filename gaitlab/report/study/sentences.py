@@ -19,7 +19,7 @@ from gaitlab.report.study.words import (
 )
 from gaitlab.report.words import plural, share, surface_text
 from gaitlab.search.candidates import edge_of
-from gaitlab.search.fresh import DEFAULT, RANDOM, WINNER, Rerun
+from gaitlab.search.fresh import DEFAULT, RANDOM, SEARCHED, WINNER, Rerun
 from gaitlab.search.margins import Margin
 from gaitlab.statistics import stable_cell, wilson
 
@@ -37,7 +37,12 @@ def sentences(findings: Findings) -> str:
         up, n = stable_of(winner.on(findings.grounds))
         stays = share(up, n, wilson(up, n))
         kept = escape(f"On fresh seeds the winner stays up in {stays} of the walks.")
-        said = [kept, _compared(findings, winner), _elsewhere(findings, winner)]
+        said = [
+            kept,
+            _engines(findings, winner),
+            _compared(findings, winner),
+            _elsewhere(findings, winner),
+        ]
     return " ".join(part for part in (*said, _margins(findings), _edges(findings)) if part)
 
 
@@ -56,6 +61,24 @@ def question(findings: Findings) -> str:
             f"{findings.chosen.number}, its middle, is called the winner here."
         )
     return escape(text)
+
+
+def _engines(findings: Findings, winner: Rerun) -> str:
+    """What the engine of the search says of the winner, where another one confirms."""
+    searched = findings.rerun(SEARCHED)
+    walks = searched.on(findings.grounds) if searched else ()
+    if not walks:
+        return ""
+    here = {(walk.surface, walk.seed): walk.stable for walk in winner.on(findings.grounds)}
+    there = {(walk.surface, walk.seed): walk.stable for walk in walks}
+    pairs = [(there[place], here[place]) for place in here.keys() & there.keys()]
+    alike = sum(one == other for one, other in pairs)
+    up, n = stable_of(walks)
+    return escape(
+        f"That is in {findings.study.confirm}; in {findings.experiment.parts.engine.name}, where "
+        f"it was searched, it stays up in {share(up, n, wilson(up, n))}, and {alike} of "
+        f"{plural(len(pairs), 'walk')} of equal seed and ground end alike."
+    )
 
 
 def _compared(findings: Findings, winner: Rerun) -> str:
