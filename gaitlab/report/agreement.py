@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
+from gaitlab.experiment.experiment import ENGINE
 from gaitlab.report.comparison import difference
 from gaitlab.report.markdown import escape, table
 from gaitlab.report.matching import matched_by
@@ -14,7 +15,6 @@ from gaitlab.report.variants import Value
 from gaitlab.report.words import interval, letter, path_text, percent, plural, with_unit
 from gaitlab.statistics import Contrast, judged, wilson
 
-ENGINE = "engine.name"
 MOST_LISTED = 40  # cells that are told differently; more fill a page and tell nothing new
 HOW_TO_READ = """\
 A cell is stable when at least half of its seeds stay up. An engine draws the same friction, servos,

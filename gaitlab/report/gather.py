@@ -10,6 +10,7 @@ import pandas as pd
 
 from gaitlab.errors import NothingRun, UsageError, WrongValue
 from gaitlab.experiment import NO_BALANCE, Experiment
+from gaitlab.experiment.experiment import ENGINE
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.reference import ReferenceTable, load_reference
 from gaitlab.experiment.shell import command
@@ -46,6 +47,8 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     if rows == columns:
         rows, trials[ONE_ROW] = ONE_ROW, "all"
     chosen = [path for e in experiments for path in e.report.variants]
+    if chosen and ENGINE in trials.columns:
+        chosen.append(ENGINE)  # runs of two engines are no replicates of each other
     paths = free_paths(trials, chosen or list(_candidates(planned)), [rows, columns])
     paths = _told_apart(trials, paths, [rows, columns])
     if EXPERIMENT not in paths:
