@@ -40,7 +40,8 @@ def label_of(values: Mapping[str, Value], shared: Sequence[str] = ()) -> str:
 
 
 def _part(path: str, value: Value, bare: bool) -> str:
-    name = path.removesuffix(".type").rpartition(".")[2].replace("_", " ")
+    named = path.removesuffix(".type").removesuffix(".name")  # `engine.name` is what engine it is
+    name = named.rpartition(".")[2].replace("_", " ")
     if is_off(value):
         return ""
     if path == "experiment":
