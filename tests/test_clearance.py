@@ -18,7 +18,7 @@ from gaitlab.kinematics.transforms import rotation_of
 from gaitlab.metrics import measure
 from gaitlab.model import LinkPoses
 from gaitlab.model.clearance import (
-    _gap,
+    _separation,
     legs_gap,
     links_apart,
     lower_legs,
@@ -33,6 +33,15 @@ from gaitlab.robots.eros import Robot
 from gaitlab.running.run_trial import run_trial
 from gaitlab.simulation.simulate import engine_for, simulate
 from tests.trials import trial as eros
+
+
+
+def _gap(
+    apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray
+) -> float:
+    """Gap of two boxes, looked for to the end."""
+    return float(_separation(apart, ra, a, rb, b, np.inf, np.empty((3, 3))))
+
 
 lengths = st.floats(0.01, 0.3)
 halves = st.tuples(lengths, lengths, lengths)

@@ -8,9 +8,10 @@ p. No hull is built, and corners may coincide. Derived here.
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
+from numba import njit
+
+ROUNDING = 1e-12  # of a length
 
 
 def support_margin(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -> np.ndarray:
@@ -24,11 +25,12 @@ def support_margin(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -
     Returns:
         Distance in [m], positive inside, NaN where no foot is loaded. Shape (n,).
     """
-    loaded = np.asarray(loaded, dtype=bool)
-    # An unloaded foot's corners repeat the other's, which leaves the hull as it is.
-    standing = np.where(loaded[:, :, None, None], corners, corners[:, ::-1])
-    margin = hull_margin(point, standing.reshape(len(standing), -1, 2))
-    return np.where(loaded.any(axis=1), margin, np.nan)
+    margin = np.full(len(point), np.nan)
+    for feet in ([0], [1], [0, 1]):
+        rows = np.flatnonzero((loaded == np.isin((0, 1), feet)).all(axis=1))
+        standing = corners[rows[:, None], feet].reshape(len(rows), 4 * len(feet), 2)
+        margin[rows] = hull_margin(point[rows], standing)
+    return margin
 
 
 def hull_margin(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -41,24 +43,47 @@ def hull_margin(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
     Returns:
         Distance in [m], positive inside. Shape (n,).
     """
-    # Corners relative to the point, instants last: each operation runs over contiguous memory.
-    x, y = np.ascontiguousarray(np.moveaxis(corners - point[:, None], 0, -1).transpose(1, 0, 2))
-    margin = np.full(len(point), np.inf)
-    for i, j in combinations(range(len(x)), 2):
-        low, high = _extent(x, y, y[i] - y[j], x[j] - x[i])
-        margin = np.minimum(margin, np.minimum(high, -low))
+    x, y = np.moveaxis(corners - point[:, None], -1, 0)
+    return np.where(np.isnan(point).any(axis=1), np.nan, _margins(x, y))
+
+
+@njit(cache=True)
+def _margins(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Margins of corners relative to the point. Shapes (n, k) to (n,)."""
+    found = np.empty(len(x))
+    for k in range(len(x)):
+        margin = np.inf
+        for i in range(x.shape[1]):
+            for j in range(i):
+                across, along = y[k, j] - y[k, i], x[k, i] - x[k, j]
+                margin = _bounded(margin, x[k], y[k], across, along, True)
+        if not 0.0 < margin < np.inf:  # inside, an edge is nearest
+            for i in range(x.shape[1]):
+                margin = _bounded(margin, x[k], y[k], -x[k, i], -y[k, i], False)
+        found[k] = 0.0 if margin == np.inf else margin  # point and corners all coincide
+    return found
+
+
+@njit(cache=True)
+def _bounded(
+    margin: float, x: np.ndarray, y: np.ndarray, ux: float, uy: float, both: bool
+) -> float:
+    """A margin, or the extent of the corners along a direction, or both ways, if that is less."""
+    # Most directions are dismissed by two corners, before anything is divided.
+    enough = margin * np.sqrt(ux * ux + uy * uy)
+    enough += ROUNDING * abs(enough)
+    high, low = -np.inf, -np.inf if both else np.inf
     for i in range(len(x)):
-        margin = np.minimum(margin, _extent(x, y, -x[i], -y[i])[1])
-    return np.where(np.isinf(margin), 0.0, margin)  # point and corners all coincide
-
-
-def _extent(
-    x: np.ndarray, y: np.ndarray, ux: np.ndarray, uy: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Extent of the corners along a direction; unbounded where the direction is null."""
+        along = x[i] * ux + y[i] * uy
+        high, low = max(high, along), max(low, -along)
+        if high > enough and low > enough:
+            return margin
     length = np.hypot(ux, uy)
-    null = length == 0.0
-    scale = 1.0 / np.where(null, 1.0, length)
-    along = x * (ux * scale) + y * (uy * scale)
-    low, high = along.min(axis=0), along.max(axis=0)
-    return np.where(null, -np.inf, low), np.where(null, np.inf, high)
+    if length == 0.0:
+        return margin
+    scale = 1.0 / length
+    ux, uy, high, low = ux * scale, uy * scale, -np.inf, -np.inf if both else np.inf
+    for i in range(len(x)):
+        along = x[i] * ux + y[i] * uy
+        high, low = max(high, along), max(low, -along)
+    return min(margin, high, low)

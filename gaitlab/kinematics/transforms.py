@@ -57,10 +57,10 @@ def quaternion_of(rotation: np.ndarray) -> np.ndarray:
         [r02 + r20, r12 + r21, 1 - r00 - r11 + r22, r10 - r01],
         [r21 - r12, r02 - r20, r10 - r01, 1 + r00 + r11 + r22],
     ]
-    outer = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
-    q = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
-    return q * np.where(q[..., 3:] < 0.0, -1.0, 1.0) / np.linalg.norm(q, axis=-1, keepdims=True)
+    largest = np.argmax(np.stack([rows[k][k] for k in range(4)]), axis=0)
+    x, y, z, w = (np.choose(largest, row) for row in rows)
+    norm = np.where(w < 0.0, -1.0, 1.0) * np.sqrt(x * x + y * y + z * z + w * w)
+    return np.stack([x / norm, y / norm, z / norm, w / norm], axis=-1)
 
 
 def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:

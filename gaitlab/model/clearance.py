@@ -73,13 +73,24 @@ def shape_of(robot: Robot, link: int) -> Box:
     return Box(size=(sole.length, sole.width, thickness), centre=(x, y, z + 0.5 * thickness))
 
 
-def legs_gap(robot: Robot, poses: LinkPoses) -> np.ndarray:
-    """Smallest gap of the two lower legs at each instant, in [m]. Shape (n,)."""
-    legs = lower_legs(robot)
-    boxes = [_boxes(robot, links) for links in legs]
-    placed = [(poses.position[:, links], poses.rotation[:, links]) for links in map(list, legs)]
-    (left, right), (a, b) = placed, boxes
-    return _gaps(*map(np.ascontiguousarray, (*left, *a, *right, *b)))
+def legs_gap(robot: Robot, poses: LinkPoses, most: float = np.inf) -> np.ndarray:
+    """Smallest gap of the two lower legs at each instant, in [m]. Shape (n,).
+
+    Args:
+        robot: The robot.
+        poses: Of its links; those of the lower legs are looked at.
+        most: Gaps of this and more need not be told apart: `most` stands for all of them.
+    """
+    return _smallest_gap(robot, poses, *lower_legs(robot), most)
+
+
+def _smallest_gap(
+    robot: Robot, poses: LinkPoses, a: Sequence[int], b: Sequence[int], most: float = np.inf
+) -> np.ndarray:
+    """Smallest gap of any of the links a to any of the links b, in [m]. Shape (n,)."""
+    instants_last = (np.moveaxis(part, 0, -1) for part in poses)
+    boxes = (part for links in (a, b) for part in (np.array(links), *_boxes(robot, links)))
+    return _gaps(*map(np.ascontiguousarray, (*instants_last, *boxes)), most)
 
 
 def _boxes(robot: Robot, links: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -90,46 +101,88 @@ def _boxes(robot: Robot, links: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True)
 def _gaps(
-    position_a: np.ndarray, rotation_a: np.ndarray, centre_a: np.ndarray, half_a: np.ndarray,
-    position_b: np.ndarray, rotation_b: np.ndarray, centre_b: np.ndarray, half_b: np.ndarray,
+    position: np.ndarray, rotation: np.ndarray,
+    links_a: np.ndarray, centre_a: np.ndarray, half_a: np.ndarray,
+    links_b: np.ndarray, centre_b: np.ndarray, half_b: np.ndarray,
+    most: float,
 ) -> np.ndarray:  # fmt: skip
-    found = np.empty(len(position_a))
-    for k in range(len(position_a)):
-        smallest = np.inf
-        for i in range(len(centre_a)):
-            ra = rotation_a[k, i]
-            pa = position_a[k, i] + ra @ centre_a[i]
-            for j in range(len(centre_b)):
-                rb = rotation_b[k, j]
-                apart = position_b[k, j] + rb @ centre_b[j] - pa
-                # Balls around the boxes: no nearer than this.
-                least = (
-                    np.sqrt(apart @ apart)
-                    - np.sqrt(half_a[i] @ half_a[i])
-                    - np.sqrt(half_b[j] @ half_b[j])
-                )
-                if least < smallest:
-                    smallest = min(smallest, _gap(apart, ra, half_a[i], rb, half_b[j]))
+    """Smallest gaps, `most` at the most; positions (links, 3, n), rotations (links, 3, 3, n)."""
+    count_a, count_b = len(links_a), len(links_b)
+    balls = np.empty((count_a, count_b))  # radii of two balls around boxes
+    for i in range(count_a):
+        for j in range(count_b):
+            balls[i, j] = np.sqrt(np.sum(half_a[i] ** 2)) + np.sqrt(np.sum(half_b[j] ** 2))
+    at_a, turned_a = np.empty((count_a, 3)), np.empty((count_a, 3, 3))
+    at_b, turned_b = np.empty((count_b, 3)), np.empty((count_b, 3, 3))
+    apart, turn = np.empty(3), np.empty((3, 3))
+    found = np.empty(position.shape[-1])
+    for k in range(len(found)):
+        _place(position, rotation, links_a, centre_a, k, at_a, turned_a)
+        _place(position, rotation, links_b, centre_b, k, at_b, turned_b)
+        smallest = most
+        for i in range(count_a):
+            for j in range(count_b):
+                distance = 0.0
+                for axis in range(3):
+                    apart[axis] = at_b[j, axis] - at_a[i, axis]
+                    distance += apart[axis] ** 2
+                if np.sqrt(distance) - balls[i, j] < smallest:
+                    gap = _separation(
+                        apart, turned_a[i], half_a[i], turned_b[j], half_b[j], smallest, turn
+                    )
+                    smallest = min(smallest, gap)
         found[k] = smallest
     return found
 
 
 @njit(cache=True)
-def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray) -> float:
-    """Largest separation of two boxes along an axis, in [m]; negative where they overlap."""
-    turn, offset = ra.T @ rb, ra.T @ apart
+def _place(
+    position: np.ndarray, rotation: np.ndarray, links: np.ndarray, centre: np.ndarray, k: int,
+    at: np.ndarray, turned: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill in where the boxes of links are at instant k, and how they are turned."""
+    for number, link in enumerate(links):
+        for row in range(3):
+            moved = 0.0
+            for column in range(3):
+                part = rotation[link, row, column, k]
+                turned[number, row, column] = part
+                moved += part * centre[number, column]
+            at[number, row] = position[link, row, k] + moved
+
+
+@njit(cache=True)
+def _separation(
+    apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray,
+    enough: float, turn: np.ndarray,
+) -> float:  # fmt: skip
+    """Largest separation of two boxes along an axis, in [m]; negative where they overlap.
+
+    Once it is known to be `enough` it is not looked for any further. Writes to `turn`, (3, 3).
+    """
     best = -np.inf
     for i in range(3):
-        reach = a[i]
+        reach, along = a[i], 0.0
         for j in range(3):
+            turn[i, j] = ra[0, i] * rb[0, j] + ra[1, i] * rb[1, j] + ra[2, i] * rb[2, j]
             reach += b[j] * abs(turn[i, j])
-        best = max(best, abs(offset[i]) - reach)
+            along += ra[j, i] * apart[j]
+        best = max(best, abs(along) - reach)
+        if best >= enough:
+            return best
     for j in range(3):
         reach, along = b[j], 0.0
         for i in range(3):
             reach += a[i] * abs(turn[i, j])
-            along += offset[i] * turn[i, j]
+            along += apart[i] * rb[i, j]
         best = max(best, abs(along) - reach)
+        if best >= enough:
+            return best
+    offset = (
+        ra[0, 0] * apart[0] + ra[1, 0] * apart[1] + ra[2, 0] * apart[2],
+        ra[0, 1] * apart[0] + ra[1, 1] * apart[1] + ra[2, 1] * apart[2],
+        ra[0, 2] * apart[0] + ra[1, 2] * apart[1] + ra[2, 2] * apart[2],
+    )
     for i in range(3):
         i1, i2 = (i + 1) % 3, (i + 2) % 3
         for j in range(3):
@@ -141,6 +194,8 @@ def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np
             reach = a[i1] * abs(turn[i2, j]) + a[i2] * abs(turn[i1, j])
             reach += b[j1] * abs(turn[i, j2]) + b[j2] * abs(turn[i, j1])
             best = max(best, (abs(along) - reach) / sine)
+            if best >= enough:
+                return best
     return best
 
 
@@ -204,17 +259,12 @@ def links_apart(robot: Robot, joints: np.ndarray) -> list[tuple[int, int]]:
         joints: Positions of all joints, in [rad]. Shape (joints,).
     """
     tree, count, poses = robot.tree, len(robot.tree.links), _posed(robot, joints[None])
-    boxes = [_boxes(robot, [k]) for k in range(count)]
-    placed = [
-        (np.ascontiguousarray(poses.position[:, [k]]), np.ascontiguousarray(poses.rotation[:, [k]]))
-        for k in range(count)
-    ]
     return [
         (a, b)
         for a in range(count)
         for b in range(a + 1, count)
         if tree.links[b].parent != tree.links[a].name
-        and _gaps(*placed[a], *boxes[a], *placed[b], *boxes[b])[0] > APART
+        and _smallest_gap(robot, poses, [a], [b])[0] > APART
     ]
 
 

@@ -5,7 +5,7 @@ All poses are batched over n instants. A link's frame is its joint's frame, as i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
@@ -131,6 +131,16 @@ class LinkPoses(NamedTuple):
     position: np.ndarray
     rotation: np.ndarray
 
+    def point(self, link: int, place: Sequence[float]) -> np.ndarray:
+        """World position over time of a point that is fixed to a link, in [m]. Shape (3, n).
+
+        Args:
+            link: Index of the link.
+            place: Of the point in the link's frame, in [m]. Shape (3,).
+        """
+        position, rotation = self.position[:, link].T, np.moveaxis(self.rotation[:, link], 0, -1)
+        return position + _along(rotation, place)
+
 
 @dataclass(frozen=True)
 class Tree:
@@ -188,15 +198,13 @@ class Tree:
 
     def centre_of_mass(self, poses: LinkPoses) -> np.ndarray:
         """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
-        at, turned = np.moveaxis(poses.position, 0, -1), np.moveaxis(poses.rotation, 0, -1)
         moment = sum(
-            link.mass * (at[k] + _along(turned[k], link.centre))
-            for k, link in enumerate(self.links)
+            link.mass * poses.point(k, link.centre) for k, link in enumerate(self.links)
         )
         return np.transpose(moment) / self.mass
 
 
-def _along(rotation: np.ndarray, vector: Vector) -> np.ndarray:
+def _along(rotation: np.ndarray, vector: Sequence[float]) -> np.ndarray:
     """A constant vector turned by rotations (3, 3, n). Shape (3, n)."""
     moved = np.zeros((3, rotation.shape[-1]))
     for axis, length in enumerate(vector):
