@@ -153,10 +153,18 @@ class TrialLog:
         return np.stack([self[f"{side}_foot_{quantity}"] for side in FEET], axis=-1)
 
     def driven_table(self, quantity: str) -> np.ndarray:
-        """The same of every joint that has a servo. Shape (n, driven joints)."""
-        names = zip(self.header.joints, self.header.torque_limits, strict=True)
-        driven = [self[f"{joint}_{quantity}"] for joint, limit in names if limit > 0.0]
-        return np.stack(driven, axis=-1)
+        """The same of every joint that has a servo, locked. Shape (n, driven joints)."""
+        if quantity not in self._driven:
+            names = zip(self.header.joints, self.header.torque_limits, strict=True)
+            driven = [self[f"{joint}_{quantity}"] for joint, limit in names if limit > 0.0]
+            self._driven[quantity] = np.stack(driven, axis=-1)
+            self._driven[quantity].setflags(write=False)
+        return self._driven[quantity]
+
+    @cached_property
+    def _driven(self) -> dict[str, np.ndarray]:
+        """What `driven_table` has made: several metrics ask for the same."""
+        return {}
 
     @cached_property
     def fall_index(self) -> int | None:

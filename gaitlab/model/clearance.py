@@ -12,7 +12,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -213,7 +213,7 @@ def require_apart(robot: Robot, joints: np.ndarray, dt: float) -> None:
     # Commands are held between the gait's own instants: each is looked at once.
     changed = np.flatnonzero(np.any(np.diff(joints, axis=0) != 0.0, axis=1)) + 1
     instants = np.concatenate([[0], changed])
-    gaps = _commanded_gaps(robot, joints[instants])
+    gaps = _commanded_gaps(robot, joints[instants], most=-TOUCHING)
     over = np.flatnonzero(gaps < -TOUCHING)
     if not len(over):
         return
@@ -241,14 +241,16 @@ def _sideways(robot: Robot, joints: np.ndarray) -> float:
     return 1e3 * high
 
 
-def _posed(robot: Robot, joints: np.ndarray) -> LinkPoses:
-    """Poses of all links for joint positions over time, the trunk at the origin."""
+def _posed(robot: Robot, joints: np.ndarray, wanted: Iterable[int] | None = None) -> LinkPoses:
+    """Poses of links for joint positions over time, the trunk at the origin."""
     n = len(joints)
-    return robot.tree.poses(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), joints)
+    upright = np.broadcast_to(np.eye(3), (n, 3, 3))
+    return robot.tree.poses(np.zeros((n, 3)), upright, joints, wanted)
 
 
-def _commanded_gaps(robot: Robot, joints: np.ndarray) -> np.ndarray:
-    return legs_gap(robot, _posed(robot, joints))
+def _commanded_gaps(robot: Robot, joints: np.ndarray, most: float = np.inf) -> np.ndarray:
+    left, right = lower_legs(robot)
+    return legs_gap(robot, _posed(robot, joints, left + right), most)
 
 
 def links_apart(robot: Robot, joints: np.ndarray) -> list[tuple[int, int]]:

@@ -5,7 +5,7 @@ All poses are batched over n instants. A link's frame is its joint's frame, as i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
@@ -168,7 +168,11 @@ class Tree:
         return self._index[name]
 
     def poses(
-        self, position: np.ndarray, rotation: np.ndarray, joint_position: np.ndarray
+        self,
+        position: np.ndarray,
+        rotation: np.ndarray,
+        joint_position: np.ndarray,
+        wanted: Iterable[int] | None = None,
     ) -> LinkPoses:
         """Pose of every link.
 
@@ -176,25 +180,37 @@ class Tree:
             position: Trunk link frame, world frame, in [m]. Shape (n, 3).
             rotation: Rotation matrix of the trunk link frame. Shape (n, 3, 3).
             joint_position: In the order of `joints`, in [rad]. Shape (n, joints).
+            wanted: The only links whose poses are looked at, as indices; those of links that carry
+                none of them may hold anything.
         """
+        needed = set(range(len(self.links))) if wanted is None else self._carrying(wanted)
         # Instants come last in memory, so that every operation runs over contiguous numbers.
         n = len(position)
         at, turned = np.empty((len(self.links), 3, n)), np.empty((len(self.links), 3, 3, n))
         at[0], turned[0] = position.T, np.moveaxis(rotation, 0, -1)
-        angles = iter(joint_position.T)
         for k, link in enumerate(self.links[1:], start=1):
+            if k not in needed:
+                continue
             parent = self._index[str(link.parent)]
             assert link.joint is not None  # only the trunk has none
             at[k] = at[parent] + _along(turned[parent], link.origin)
             above = turned[parent]
             if link.turn is not None:
                 above = np.einsum("ijn,jk->ikn", above, np.reshape(link.turn, (3, 3)))
-            _turn(above, link.joint.axis, next(angles), out=turned[k])
+            _turn(above, link.joint.axis, joint_position[:, k - 1], out=turned[k])
         return LinkPoses(np.moveaxis(at, -1, 0), np.moveaxis(turned, -1, 0))
 
     @cached_property
     def _index(self) -> Mapping[str, int]:
         return {link.name: k for k, link in enumerate(self.links)}
+
+    def _carrying(self, links: Iterable[int]) -> set[int]:
+        """These links and all between them and the trunk."""
+        found = set(links)
+        for k in range(len(self.links) - 1, 0, -1):
+            if k in found:
+                found.add(self._index[str(self.links[k].parent)])
+        return found
 
     def centre_of_mass(self, poses: LinkPoses) -> np.ndarray:
         """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
