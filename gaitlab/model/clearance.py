@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit
 
 from gaitlab.errors import Infeasible, WrongValue
+from gaitlab.model.gait import changes
 from gaitlab.model.robot import Robot
 from gaitlab.model.tree import Box, LinkPoses, Tree
 
@@ -210,9 +211,7 @@ def require_apart(robot: Robot, joints: np.ndarray, dt: float) -> None:
     Raises:
         Infeasible: Names the first such instant and the depth, and the deepest.
     """
-    # Commands are held between the gait's own instants: each is looked at once.
-    changed = np.flatnonzero(np.any(np.diff(joints, axis=0) != 0.0, axis=1)) + 1
-    instants = np.concatenate([[0], changed])
+    instants = changes(joints).first
     gaps = _commanded_gaps(robot, joints[instants], most=-TOUCHING)
     over = np.flatnonzero(gaps < -TOUCHING)
     if not len(over):
