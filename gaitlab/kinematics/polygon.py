@@ -25,12 +25,7 @@ def support_margin(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -
     Returns:
         Distance in [m], positive inside, NaN where no foot is loaded. Shape (n,).
     """
-    margin = np.full(len(point), np.nan)
-    for feet in ([0], [1], [0, 1]):
-        rows = np.flatnonzero((loaded == np.isin((0, 1), feet)).all(axis=1))
-        standing = corners[rows[:, None], feet].reshape(len(rows), 4 * len(feet), 2)
-        margin[rows] = hull_margin(point[rows], standing)
-    return margin
+    return _margins(point, corners, np.asarray(loaded, dtype=bool))
 
 
 def hull_margin(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -43,37 +38,43 @@ def hull_margin(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
     Returns:
         Distance in [m], positive inside. Shape (n,).
     """
-    x, y = np.moveaxis(corners - point[:, None], -1, 0)
-    return np.where(np.isnan(point).any(axis=1), np.nan, _margins(x, y))
+    return _margins(point, corners[:, None], np.ones((len(point), 1), dtype=bool))
 
 
 @njit(cache=True)
-def _margins(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Margins of corners relative to the point. Shapes (n, k) to (n,)."""
-    found = np.empty(len(x))
-    for k in range(len(x)):
-        margin = np.inf
-        for i in range(x.shape[1]):
+def _margins(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -> np.ndarray:
+    """Margins to the hulls of the loaded ones of some groups of corners; NaN where none is."""
+    _, groups, each, _ = corners.shape
+    x, y = np.empty(groups * each), np.empty(groups * each)  # relative to the point
+    found = np.empty(len(point))
+    for k in range(len(point)):
+        count = 0
+        for group in range(groups):
+            for corner in range(each if loaded[k, group] else 0):
+                x[count] = corners[k, group, corner, 0] - point[k, 0]
+                y[count] = corners[k, group, corner, 1] - point[k, 1]
+                count += 1
+        margin = np.inf if count and np.isfinite(x[0] + y[0]) else np.nan
+        for i in range(count):
             for j in range(i):
-                across, along = y[k, j] - y[k, i], x[k, i] - x[k, j]
-                margin = _bounded(margin, x[k], y[k], across, along, True)
+                margin = _bounded(margin, x, y, count, y[j] - y[i], x[i] - x[j], True)
         if not 0.0 < margin < np.inf:  # inside, an edge is nearest
-            for i in range(x.shape[1]):
-                margin = _bounded(margin, x[k], y[k], -x[k, i], -y[k, i], False)
+            for i in range(count):
+                margin = _bounded(margin, x, y, count, -x[i], -y[i], False)
         found[k] = 0.0 if margin == np.inf else margin  # point and corners all coincide
     return found
 
 
-@njit(cache=True)
+@njit(inline="always")
 def _bounded(
-    margin: float, x: np.ndarray, y: np.ndarray, ux: float, uy: float, both: bool
+    margin: float, x: np.ndarray, y: np.ndarray, count: int, ux: float, uy: float, both: bool
 ) -> float:
     """A margin, or the extent of the corners along a direction, or both ways, if that is less."""
     # Most directions are dismissed by two corners, before anything is divided.
     enough = margin * np.sqrt(ux * ux + uy * uy)
     enough += ROUNDING * abs(enough)
     high, low = -np.inf, -np.inf if both else np.inf
-    for i in range(len(x)):
+    for i in range(count):
         along = x[i] * ux + y[i] * uy
         high, low = max(high, along), max(low, -along)
         if high > enough and low > enough:
@@ -83,7 +84,7 @@ def _bounded(
         return margin
     scale = 1.0 / length
     ux, uy, high, low = ux * scale, uy * scale, -np.inf, -np.inf if both else np.inf
-    for i in range(len(x)):
+    for i in range(count):
         along = x[i] * ux + y[i] * uy
         high, low = max(high, along), max(low, -along)
     return min(margin, high, low)

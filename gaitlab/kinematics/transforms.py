@@ -72,11 +72,12 @@ def quaternion_of(rotation: np.ndarray) -> np.ndarray:
     element, normalised, is q without loss of digits. Derived here.
     """
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = np.moveaxis(rotation, (-2, -1), (0, 1))
+    xy, xz, yz, xw, yw, zw = r01 + r10, r02 + r20, r12 + r21, r21 - r12, r02 - r20, r10 - r01
     rows = [
-        [1 + r00 - r11 - r22, r01 + r10, r02 + r20, r21 - r12],
-        [r01 + r10, 1 - r00 + r11 - r22, r12 + r21, r02 - r20],
-        [r02 + r20, r12 + r21, 1 - r00 - r11 + r22, r10 - r01],
-        [r21 - r12, r02 - r20, r10 - r01, 1 + r00 + r11 + r22],
+        [1 + r00 - r11 - r22, xy, xz, xw],
+        [xy, 1 - r00 + r11 - r22, yz, yw],
+        [xz, yz, 1 - r00 - r11 + r22, zw],
+        [xw, yw, zw, 1 + r00 + r11 + r22],
     ]
     largest = np.argmax(np.stack([rows[k][k] for k in range(4)]), axis=0)
     x, y, z, w = (np.choose(largest, row) for row in rows)

@@ -136,7 +136,7 @@ def _gaps(
     return found
 
 
-@njit(cache=True)
+@njit(inline="always")
 def _place(
     position: np.ndarray, rotation: np.ndarray, links: np.ndarray, centre: np.ndarray, k: int,
     at: np.ndarray, turned: np.ndarray,
@@ -152,7 +152,7 @@ def _place(
             at[number, row] = position[link, row, k] + moved
 
 
-@njit(cache=True)
+@njit(inline="always")
 def _separation(
     apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray,
     enough: float, turn: np.ndarray,
