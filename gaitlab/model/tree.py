@@ -232,7 +232,9 @@ def _along(rotation: np.ndarray, vector: Sequence[float]) -> np.ndarray:
 def _turn(rotation: np.ndarray, axis: Axis, angle: np.ndarray, *, out: np.ndarray) -> None:
     """Rotations (3, 3, n) followed by turns about an axis; a coordinate axis mixes two columns."""
     if not isinstance(axis, str):
-        out[:] = np.einsum("ijn,njk->ikn", rotation, vector_rotation(axis, angle))
+        turn = np.ascontiguousarray(np.moveaxis(vector_rotation(axis, angle), 0, -1))
+        columns = (rotation[:, j, None] * turn[j] for j in range(3))
+        out[:] = next(columns) + next(columns) + next(columns)
         return
     c, s = np.cos(angle), np.sin(angle)
     if axis.startswith("-"):
