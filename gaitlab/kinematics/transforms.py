@@ -82,7 +82,7 @@ def quaternion_of(rotation: np.ndarray) -> np.ndarray:
     largest = np.argmax(np.stack([rows[k][k] for k in range(4)]), axis=0)
     x, y, z, w = (np.choose(largest, row) for row in rows)
     norm = np.where(w < 0.0, -1.0, 1.0) * np.sqrt(x * x + y * y + z * z + w * w)
-    return np.stack([x / norm, y / norm, z / norm, w / norm], axis=-1)
+    return np.moveaxis(np.array([x / norm, y / norm, z / norm, w / norm]), 0, -1)
 
 
 def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
@@ -91,4 +91,4 @@ def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
     sideways = np.hypot(rotation[..., 0, 0], rotation[..., 1, 0])
     pitch = np.arctan2(-rotation[..., 2, 0], sideways)
     yaw = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0])
-    return np.stack([roll, pitch, yaw], axis=-1)
+    return np.moveaxis(np.array([roll, pitch, yaw]), 0, -1)

@@ -138,10 +138,10 @@ def require_limits(limb: str, joints: Sequence[Joint], position: np.ndarray) -> 
     """
     low = np.array([joint.lower for joint in joints]) - ROUNDING
     high = np.array([joint.upper for joint in joints]) + ROUNDING
-    outside = np.argwhere(~((position >= low) & (position <= high)))
-    if not len(outside):
+    within = (position >= low) & (position <= high)
+    if within.all():
         return
-    tick, index = (int(i) for i in outside[0])
+    tick, index = (int(i) for i in np.argwhere(~within)[0])
     joint = joints[index]
     reason = (
         f"{joint.name} would have to turn to {_angles(position[tick, index])}, its limits are "

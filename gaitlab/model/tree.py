@@ -188,6 +188,7 @@ class Tree:
         n = len(position)
         at, turned = np.empty((len(self.links), 3, n)), np.empty((len(self.links), 3, 3, n))
         at[0], turned[0] = position.T, np.moveaxis(rotation, 0, -1)
+        angles = np.ascontiguousarray(joint_position.T)
         for k, link in enumerate(self.links[1:], start=1):
             if k not in needed:
                 continue
@@ -197,7 +198,7 @@ class Tree:
             above = turned[parent]
             if link.turn is not None:
                 above = np.einsum("ijn,jk->ikn", above, np.reshape(link.turn, (3, 3)))
-            _turn(above, link.joint.axis, joint_position[:, k - 1], out=turned[k])
+            _turn(above, link.joint.axis, angles[k - 1], out=turned[k])
         return LinkPoses(np.moveaxis(at, -1, 0), np.moveaxis(turned, -1, 0))
 
     @cached_property

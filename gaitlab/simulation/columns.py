@@ -225,6 +225,6 @@ def _joint_columns(recording: Recording, header: LogHeader, targets: np.ndarray)
     tables = dict(zip(QUANTITIES, (targets, *np.moveaxis(states, 1, 0)), strict=True))
     columns: Columns = {}
     for quantity, table in tables.items():
-        rows = np.ascontiguousarray(table.astype(np.float32).T)
+        rows = np.ascontiguousarray(table.T, dtype=np.float32)
         columns |= _named("", (f"{joint}_{quantity}" for joint in header.joints), rows)
     return columns
