@@ -35,10 +35,7 @@ from gaitlab.simulation.simulate import engine_for, simulate
 from tests.trials import trial as eros
 
 
-
-def _gap(
-    apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray
-) -> float:
+def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray) -> float:
     """Gap of two boxes, looked for to the end."""
     return float(_separation(apart, ra, a, rb, b, np.inf, np.empty((3, 3))))
 

@@ -74,52 +74,53 @@ def shape_of(robot: Robot, link: int) -> Box:
     return Box(size=(sole.length, sole.width, thickness), centre=(x, y, z + 0.5 * thickness))
 
 
-def legs_gap(robot: Robot, poses: LinkPoses, most: float = np.inf) -> np.ndarray:
-    """Smallest gap of the two lower legs at each instant, in [m]. Shape (n,).
-
-    Args:
-        robot: The robot.
-        poses: Of its links; those of the lower legs are looked at.
-        most: Gaps of this and more need not be told apart: `most` stands for all of them.
-    """
-    return _smallest_gap(robot, poses, *lower_legs(robot), most)
+def legs_gap(robot: Robot, poses: LinkPoses) -> np.ndarray:
+    """Smallest gap of the two lower legs at each instant, in [m]. Shape (n,)."""
+    return _smallest_gap(robot, poses, *lower_legs(robot))
 
 
 def _smallest_gap(
     robot: Robot, poses: LinkPoses, a: Sequence[int], b: Sequence[int], most: float = np.inf
 ) -> np.ndarray:
-    """Smallest gap of any of the links a to any of the links b, in [m]. Shape (n,)."""
-    instants_last = (np.moveaxis(part, 0, -1) for part in poses)
-    boxes = (part for links in (a, b) for part in (np.array(links), *_boxes(robot, links)))
-    return _gaps(*map(np.ascontiguousarray, (*instants_last, *boxes)), most)
+    """Smallest gap of any of the links a to any of the links b, in [m]. Shape (n,).
+
+    Gaps of `most` and more are not told apart: it stands for all of them.
+    """
+    position, rotation = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in poses)
+    return _gaps(position, rotation, _boxes(robot, a), _boxes(robot, b), most)
 
 
-def _boxes(robot: Robot, links: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Centres in the link frames and half edges of links' boxes, in [m]. Shape (links, 3) each."""
+class _Boxes(NamedTuple):
+    """Links, and centres in their frames and half edges of their boxes, in [m]. (m,), (m, 3) x 2"""
+
+    link: np.ndarray
+    centre: np.ndarray
+    half: np.ndarray
+
+
+def _boxes(robot: Robot, links: Sequence[int]) -> _Boxes:
     shapes = [shape_of(robot, link) for link in links]
-    return np.array([s.centre for s in shapes]), 0.5 * np.array([s.size for s in shapes])
+    centres, sizes = np.array([s.centre for s in shapes]), np.array([s.size for s in shapes])
+    return _Boxes(np.array(links), centres, 0.5 * sizes)
 
 
 @njit(cache=True)
 def _gaps(
-    position: np.ndarray, rotation: np.ndarray,
-    links_a: np.ndarray, centre_a: np.ndarray, half_a: np.ndarray,
-    links_b: np.ndarray, centre_b: np.ndarray, half_b: np.ndarray,
-    most: float,
-) -> np.ndarray:  # fmt: skip
-    """Smallest gaps, `most` at the most; positions (links, 3, n), rotations (links, 3, 3, n)."""
-    count_a, count_b = len(links_a), len(links_b)
-    balls = np.empty((count_a, count_b))  # radii of two balls around boxes
+    position: np.ndarray, rotation: np.ndarray, a: _Boxes, b: _Boxes, most: float
+) -> np.ndarray:
+    """Those of `_smallest_gap`; positions (links, 3, n), rotations (links, 3, 3, n)."""
+    count_a, count_b = len(a.link), len(b.link)
+    balls = np.empty((count_a, count_b))  # sum of the radii of the balls around two boxes
     for i in range(count_a):
         for j in range(count_b):
-            balls[i, j] = np.sqrt(np.sum(half_a[i] ** 2)) + np.sqrt(np.sum(half_b[j] ** 2))
+            balls[i, j] = np.sqrt(np.sum(a.half[i] ** 2)) + np.sqrt(np.sum(b.half[j] ** 2))
     at_a, turned_a = np.empty((count_a, 3)), np.empty((count_a, 3, 3))
     at_b, turned_b = np.empty((count_b, 3)), np.empty((count_b, 3, 3))
     apart, turn = np.empty(3), np.empty((3, 3))
     found = np.empty(position.shape[-1])
     for k in range(len(found)):
-        _place(position, rotation, links_a, centre_a, k, at_a, turned_a)
-        _place(position, rotation, links_b, centre_b, k, at_b, turned_b)
+        _place(position, rotation, a, k, at_a, turned_a)
+        _place(position, rotation, b, k, at_b, turned_b)
         smallest = most
         for i in range(count_a):
             for j in range(count_b):
@@ -127,9 +128,9 @@ def _gaps(
                 for axis in range(3):
                     apart[axis] = at_b[j, axis] - at_a[i, axis]
                     distance += apart[axis] ** 2
-                if np.sqrt(distance) - balls[i, j] < smallest:
+                if np.sqrt(distance) - balls[i, j] < smallest:  # balls may be nearer than that
                     gap = _separation(
-                        apart, turned_a[i], half_a[i], turned_b[j], half_b[j], smallest, turn
+                        apart, turned_a[i], a.half[i], turned_b[j], b.half[j], smallest, turn
                     )
                     smallest = min(smallest, gap)
         found[k] = smallest
@@ -138,17 +139,17 @@ def _gaps(
 
 @njit(inline="always")
 def _place(
-    position: np.ndarray, rotation: np.ndarray, links: np.ndarray, centre: np.ndarray, k: int,
+    position: np.ndarray, rotation: np.ndarray, boxes: _Boxes, k: int,
     at: np.ndarray, turned: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill in where the boxes of links are at instant k, and how they are turned."""
-    for number, link in enumerate(links):
+    """Fill in where boxes are at instant k, and how they are turned."""
+    for number, link in enumerate(boxes.link):
         for row in range(3):
             moved = 0.0
             for column in range(3):
                 part = rotation[link, row, column, k]
                 turned[number, row, column] = part
-                moved += part * centre[number, column]
+                moved += part * boxes.centre[number, column]
             at[number, row] = position[link, row, k] + moved
 
 
@@ -249,7 +250,7 @@ def _posed(robot: Robot, joints: np.ndarray, wanted: Iterable[int] | None = None
 
 def _commanded_gaps(robot: Robot, joints: np.ndarray, most: float = np.inf) -> np.ndarray:
     left, right = lower_legs(robot)
-    return legs_gap(robot, _posed(robot, joints, left + right), most)
+    return _smallest_gap(robot, _posed(robot, joints, left + right), left, right, most)
 
 
 def links_apart(robot: Robot, joints: np.ndarray) -> list[tuple[int, int]]:

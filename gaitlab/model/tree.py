@@ -215,9 +215,7 @@ class Tree:
 
     def centre_of_mass(self, poses: LinkPoses) -> np.ndarray:
         """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
-        moment = sum(
-            link.mass * poses.point(k, link.centre) for k, link in enumerate(self.links)
-        )
+        moment = sum(link.mass * poses.point(k, link.centre) for k, link in enumerate(self.links))
         return np.transpose(moment) / self.mass
 
 

@@ -155,30 +155,29 @@ class _Load(NamedTuple):
 
 def _load(contacts: Contacts, robot: Robot, poses: LinkPoses) -> _Load:
     links = [robot.tree.index(foot) for foot in robot.feet]
-    instants_last = (np.moveaxis(part[:, links], 0, -1) for part in poses)
+    at, turned = (np.ascontiguousarray(np.moveaxis(part[:, links], 0, -1)) for part in poses)
     centres = np.array([robot.sole.centre_of(foot) for foot in range(2)])
     middle = MIDDLE * np.array([robot.sole.length, robot.sole.width])
-    return _Load(*_added_up(*contacts, *map(np.ascontiguousarray, instants_last), centres, middle))
+    return _Load(*_added_up(contacts, at, turned, centres, middle))
 
 
 @njit(cache=True)
 def _added_up(
-    tick: np.ndarray, side: np.ndarray, position: np.ndarray, force: np.ndarray,
-    at: np.ndarray, turned: np.ndarray, centres: np.ndarray, middle: np.ndarray,
-) -> tuple[np.ndarray, ...]:  # fmt: skip
+    contacts: Contacts, at: np.ndarray, turned: np.ndarray, centres: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, ...]:
     """The fields of `_Load`.
 
     The ZMP lies on the load-weighted mean height of the contact points. The plough force is left
     out: its lever is a few millimetres.
 
     Args:
-        tick, side, position, force: Those of `Contacts`.
+        contacts: Points under the soles.
         at: Of the feet, world frame, in [m]. Shape (2, 3, n).
         turned: Rotations of the feet. Shape (2, 3, 3, n).
         centres: Of the soles, in the ankle's frame, in [m]. Shape (2, 3).
         middle: Half widths of what counts as on a dividing line, in [m]. Shape (2,).
     """
-    n = at.shape[-1]
+    (tick, side, position, force), n = contacts, at.shape[-1]
     forces, quarters, moments = np.zeros((2, 3, n)), np.zeros((2, 4, n)), np.zeros((2, 2, n))
     normal, height, tipping = np.zeros(n), np.zeros(n), np.zeros((2, n))
     share = np.empty((2, 2))  # of a point in front and rear, in left and right
