@@ -45,7 +45,7 @@ OWNERS = {
     "rerun": {"render"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "numba": {"surfaces", "servos", "render", "model"},
+    "numba": {"surfaces", "servos", "render", "model", "kinematics", "simulation"},
     "matplotlib": {"report", "render", "papers"},
     "PIL": {"render"},
     "trimesh": {"model"},

@@ -17,19 +17,16 @@ def axis_rotation(axis: str, angle: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def turned(
-    rotation: np.ndarray, axis: str, angle: np.ndarray, out: np.ndarray | None = None
-) -> np.ndarray:
+def turned(rotation: np.ndarray, axis: str, angle: np.ndarray) -> np.ndarray:
     """Rotations followed by turns about a coordinate axis, which mix two columns of theirs.
 
     Args:
         rotation: Rotation matrices. Shape (..., 3, 3).
         axis: Of the turns, in the frame that was rotated.
         angle: In [rad]. Shape (...).
-        out: Where to put the result, other memory than the rotations'. Shape (..., 3, 3).
     """
     c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    out = np.empty_like(rotation) if out is None else out
+    out = np.empty_like(rotation)
     i = "xyz".index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
     out[..., i] = rotation[..., i]
