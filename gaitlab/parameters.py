@@ -179,8 +179,10 @@ def _grouped(given: Mapping[str, Value]) -> dict[str, Any]:
 def _built(hint: Any, value: Any) -> Any:
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return instance(hint, value)
+    if not isinstance(value, list):
+        return value
     listed = get_origin(hint) is tuple or any(get_origin(part) is tuple for part in get_args(hint))
-    return tuple(value) if listed and isinstance(value, list) else value
+    return tuple(value) if listed else value
 
 
 def canonical_json(data: object) -> str:

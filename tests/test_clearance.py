@@ -19,7 +19,8 @@ from gaitlab.log import GRAVITY
 from gaitlab.metrics import measure
 from gaitlab.model import LinkPoses
 from gaitlab.model.clearance import (
-    _gap,
+    _separation,
+    _smallest_gap,
     legs_gap,
     links_apart,
     lower_legs,
@@ -35,6 +36,12 @@ from gaitlab.running.run_trial import run_trial
 from gaitlab.simulation.simulate import engine_for, simulate
 from tests.driven import hold
 from tests.trials import trial as eros
+
+
+def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray) -> float:
+    """Gap of two boxes, looked for to the end."""
+    return float(_separation(apart, ra, a, rb, b, np.inf, np.empty((3, 3))))
+
 
 lengths = st.floats(0.01, 0.3)
 halves = st.tuples(lengths, lengths, lengths)
@@ -100,6 +107,25 @@ def test_faces_that_lie_opposite_are_as_far_apart_as_they_are(
     gap = _gap(np.array([0.0, y, 0.0]), level, np.array(a), level, np.array(b))
     others = -min(a[0] + b[0], a[2] + b[2])
     assert gap == pytest.approx(max(abs(y) - a[1] - b[1], others))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_links_and_gaps_are_the_same_when_no_more_than_is_needed_is_looked_at(name: str) -> None:
+    """Links that carry none of the wanted ones are left out, and gaps of `most` and more."""
+    robot, n, most = ROBOTS[name].robot, 300, 0.02
+    left, right = lower_legs(robot)
+    joints = np.random.default_rng(3).normal(size=(n, len(robot.tree.joints))) * 0.3
+    upright = np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), joints
+    every, few = robot.tree.poses(*upright), robot.tree.poses(*upright, wanted=left + right)
+    for whole, part in zip(every, few, strict=True):
+        np.testing.assert_array_equal(whole[:, left + right], part[:, left + right])
+    gaps = legs_gap(robot, every)
+    assert np.any(gaps < 0.0) or name == "biped"
+    np.testing.assert_array_equal(gaps, legs_gap(robot, few))
+    below = _smallest_gap(robot, few, left, right, most)
+    np.testing.assert_array_equal(below < -1e-6, gaps < -1e-6)
+    np.testing.assert_array_equal(below[below < 0.0], gaps[below < 0.0])
+    assert np.all(below <= most)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

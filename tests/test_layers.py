@@ -45,7 +45,7 @@ OWNERS = {
     "rerun": {"render"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "numba": {"model"},
+    "numba": {"kinematics"},
     "matplotlib": {"report", "render", "papers"},
     "PIL": {"render"},
     "trimesh": {"model"},

@@ -34,13 +34,15 @@ def sensor_loads(force: np.ndarray, centre: np.ndarray, sensors: np.ndarray) -> 
     Returns:
         In [N]. Shape (n, 4).
     """
-    loaded = force > 0.0
-    target = np.where(loaded[:, None], centre, sensors.mean(axis=0))
-    u, v = np.full(len(force), 0.5), np.full(len(force), 0.5)
+    loaded = np.flatnonzero(force > 0.0)
+    target = centre[loaded]
+    u, v = np.full(len(loaded), 0.5), np.full(len(loaded), 0.5)
     for _ in range(NEWTON_STEPS):
         u, v = _newton_step(u, v, target, sensors)
     share = _shares(np.clip(u, 0.0, 1.0), np.clip(v, 0.0, 1.0))
-    return np.where(loaded, force, 0.0)[:, None] * share
+    loads = np.zeros((len(force), 4))
+    loads[loaded] = force[loaded, None] * share
+    return loads
 
 
 def _shares(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -53,12 +55,12 @@ def _newton_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     left, right = sensors[0] - sensors[2], sensors[1] - sensors[3]
     front, rear = sensors[0] - sensors[1], sensors[2] - sensors[3]
-    missing = target - _shares(u, v) @ sensors
-    along = v[:, None] * left + (1.0 - v)[:, None] * right
-    across = u[:, None] * front + (1.0 - u)[:, None] * rear
-    determinant = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
-    du = (missing[:, 0] * across[:, 1] - missing[:, 1] * across[:, 0]) / determinant
-    dv = (along[:, 0] * missing[:, 1] - along[:, 1] * missing[:, 0]) / determinant
+    missing_x, missing_y = (target - _shares(u, v) @ sensors).T
+    along_x, along_y = (v * a + (1.0 - v) * b for a, b in zip(left, right, strict=True))
+    across_x, across_y = (u * a + (1.0 - u) * b for a, b in zip(front, rear, strict=True))
+    determinant = along_x * across_y - along_y * across_x
+    du = (missing_x * across_y - missing_y * across_x) / determinant
+    dv = (along_x * missing_y - along_y * missing_x) / determinant
     # A centre far outside would send the shares to where the map folds over.
     return np.clip(u + du, -0.5, 1.5), np.clip(v + dv, -0.5, 1.5)
 

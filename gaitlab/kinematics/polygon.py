@@ -8,9 +8,11 @@ p. No hull is built, and corners may coincide. Derived here.
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
+
+from gaitlab.kinematics.compiled import njit
+
+ROUNDING = 1e-12  # of a length
 
 
 def support_margin(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -> np.ndarray:
@@ -24,11 +26,7 @@ def support_margin(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -
     Returns:
         Distance in [m], positive inside, NaN where no foot is loaded. Shape (n,).
     """
-    loaded = np.asarray(loaded, dtype=bool)
-    # An unloaded foot's corners repeat the other's, which leaves the hull as it is.
-    standing = np.where(loaded[:, :, None, None], corners, corners[:, ::-1])
-    margin = hull_margin(point, standing.reshape(len(standing), -1, 2))
-    return np.where(loaded.any(axis=1), margin, np.nan)
+    return _margins(point, corners, np.asarray(loaded, dtype=bool))
 
 
 def hull_margin(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -41,24 +39,53 @@ def hull_margin(point: np.ndarray, corners: np.ndarray) -> np.ndarray:
     Returns:
         Distance in [m], positive inside. Shape (n,).
     """
-    # Corners relative to the point, instants last: each operation runs over contiguous memory.
-    x, y = np.ascontiguousarray(np.moveaxis(corners - point[:, None], 0, -1).transpose(1, 0, 2))
-    margin = np.full(len(point), np.inf)
-    for i, j in combinations(range(len(x)), 2):
-        low, high = _extent(x, y, y[i] - y[j], x[j] - x[i])
-        margin = np.minimum(margin, np.minimum(high, -low))
-    for i in range(len(x)):
-        margin = np.minimum(margin, _extent(x, y, -x[i], -y[i])[1])
-    return np.where(np.isinf(margin), 0.0, margin)  # point and corners all coincide
+    return _margins(point, corners[:, None], np.ones((len(point), 1), dtype=bool))
 
 
-def _extent(
-    x: np.ndarray, y: np.ndarray, ux: np.ndarray, uy: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Extent of the corners along a direction; unbounded where the direction is null."""
+@njit
+def _margins(point: np.ndarray, corners: np.ndarray, loaded: np.ndarray) -> np.ndarray:
+    """Margins to the hulls of the loaded ones of some groups of corners; NaN where none is."""
+    _, groups, each, _ = corners.shape
+    x, y = np.empty(groups * each), np.empty(groups * each)  # relative to the point
+    found = np.empty(len(point))
+    for k in range(len(point)):
+        count = 0
+        for group in range(groups):
+            for corner in range(each if loaded[k, group] else 0):
+                x[count] = corners[k, group, corner, 0] - point[k, 0]
+                y[count] = corners[k, group, corner, 1] - point[k, 1]
+                count += 1
+        margin = np.inf if count and np.isfinite(x[0] + y[0]) else np.nan
+        for i in range(count):
+            for j in range(i):
+                margin = _bounded(margin, x, y, count, y[j] - y[i], x[i] - x[j], True)
+        if not 0.0 < margin < np.inf:  # inside, an edge is nearest
+            for i in range(count):
+                margin = _bounded(margin, x, y, count, -x[i], -y[i], False)
+        found[k] = 0.0 if margin == np.inf else margin  # point and corners all coincide
+    return found
+
+
+@njit(inline="always")
+def _bounded(
+    margin: float, x: np.ndarray, y: np.ndarray, count: int, ux: float, uy: float, both: bool
+) -> float:
+    """A margin, or the extent of the corners along a direction, or both ways, if that is less."""
+    # Most directions are dismissed by two corners, before anything is divided.
+    enough = margin * np.sqrt(ux * ux + uy * uy)
+    enough += ROUNDING * abs(enough)
+    high, low = -np.inf, -np.inf if both else np.inf
+    for i in range(count):
+        along = x[i] * ux + y[i] * uy
+        high, low = max(high, along), max(low, -along)
+        if high > enough and low > enough:
+            return margin
     length = np.hypot(ux, uy)
-    null = length == 0.0
-    scale = 1.0 / np.where(null, 1.0, length)
-    along = x * (ux * scale) + y * (uy * scale)
-    low, high = along.min(axis=0), along.max(axis=0)
-    return np.where(null, -np.inf, low), np.where(null, np.inf, high)
+    if length == 0.0:
+        return margin
+    scale = 1.0 / length
+    ux, uy, high, low = ux * scale, uy * scale, -np.inf, -np.inf if both else np.inf
+    for i in range(count):
+        along = x[i] * ux + y[i] * uy
+        high, low = max(high, along), max(low, -along)
+    return min(margin, high, low)

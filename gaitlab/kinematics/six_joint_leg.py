@@ -29,7 +29,7 @@ from typing import Literal
 import numpy as np
 
 from gaitlab.kinematics.reach import ROUNDING, require
-from gaitlab.kinematics.transforms import axis_rotation, homogeneous
+from gaitlab.kinematics.transforms import axis_rotation, homogeneous, turned
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +174,7 @@ class Leg:
         )
         knee = self._knee(np.linalg.norm(r, axis=-1))
         ankle_pitch, ankle_roll = self._ankle(r, knee)
-        above = axis_rotation("x", -ankle_roll) @ axis_rotation("y", -knee - ankle_pitch)
+        above = turned(axis_rotation("x", -ankle_roll), "y", -knee - ankle_pitch)
         hip = _yaw_roll_pitch(rotation @ above)
         return np.stack([*hip, knee, ankle_pitch, ankle_roll], axis=-1)
 

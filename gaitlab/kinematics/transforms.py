@@ -17,6 +17,24 @@ def axis_rotation(axis: str, angle: np.ndarray) -> np.ndarray:
     return matrix
 
 
+def turned(rotation: np.ndarray, axis: str, angle: np.ndarray) -> np.ndarray:
+    """Rotations followed by turns about a coordinate axis, which mix two columns of theirs.
+
+    Args:
+        rotation: Rotation matrices. Shape (..., 3, 3).
+        axis: Of the turns, in the frame that was rotated.
+        angle: In [rad]. Shape (...).
+    """
+    c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    out = np.empty_like(rotation)
+    i = "xyz".index(axis)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    out[..., i] = rotation[..., i]
+    out[..., j] = c * rotation[..., j] + s * rotation[..., k]
+    out[..., k] = c * rotation[..., k] - s * rotation[..., j]
+    return out
+
+
 def vector_rotation(axis: tuple[float, float, float], angle: np.ndarray) -> np.ndarray:
     """Rotation matrices about a unit vector by angles in [rad], Rodrigues. Shape (..., 3, 3)."""
     x, y, z = axis
@@ -51,16 +69,17 @@ def quaternion_of(rotation: np.ndarray) -> np.ndarray:
     element, normalised, is q without loss of digits. Derived here.
     """
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = np.moveaxis(rotation, (-2, -1), (0, 1))
+    xy, xz, yz, xw, yw, zw = r01 + r10, r02 + r20, r12 + r21, r21 - r12, r02 - r20, r10 - r01
     rows = [
-        [1 + r00 - r11 - r22, r01 + r10, r02 + r20, r21 - r12],
-        [r01 + r10, 1 - r00 + r11 - r22, r12 + r21, r02 - r20],
-        [r02 + r20, r12 + r21, 1 - r00 - r11 + r22, r10 - r01],
-        [r21 - r12, r02 - r20, r10 - r01, 1 + r00 + r11 + r22],
+        [1 + r00 - r11 - r22, xy, xz, xw],
+        [xy, 1 - r00 + r11 - r22, yz, yw],
+        [xz, yz, 1 - r00 - r11 + r22, zw],
+        [xw, yw, zw, 1 + r00 + r11 + r22],
     ]
-    outer = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
-    q = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
-    return q * np.where(q[..., 3:] < 0.0, -1.0, 1.0) / np.linalg.norm(q, axis=-1, keepdims=True)
+    largest = np.argmax(np.stack([rows[k][k] for k in range(4)]), axis=0)
+    x, y, z, w = (np.choose(largest, row) for row in rows)
+    norm = np.where(w < 0.0, -1.0, 1.0) * np.sqrt(x * x + y * y + z * z + w * w)
+    return np.moveaxis(np.array([x / norm, y / norm, z / norm, w / norm]), 0, -1)
 
 
 def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
@@ -69,4 +88,4 @@ def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
     sideways = np.hypot(rotation[..., 0, 0], rotation[..., 1, 0])
     pitch = np.arctan2(-rotation[..., 2, 0], sideways)
     yaw = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0])
-    return np.stack([roll, pitch, yaw], axis=-1)
+    return np.moveaxis(np.array([roll, pitch, yaw]), 0, -1)

@@ -7,6 +7,7 @@ column says otherwise: x forward, y left, z up, z = 0 at the base that the pile 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 FEET = ("left", "right")
@@ -90,5 +91,10 @@ def _joint_columns(joint: str) -> tuple[Column, ...]:
 
 def columns(joints: Sequence[str]) -> tuple[Column, ...]:
     """The columns of a log of a robot with these joints, in file order."""
+    return _columns(tuple(joints))
+
+
+@lru_cache(maxsize=16)
+def _columns(joints: tuple[str, ...]) -> tuple[Column, ...]:
     feet = [column for side in FEET for column in _foot_columns(side)]
     return (*_BODY, *feet, *(column for joint in joints for column in _joint_columns(joint)))

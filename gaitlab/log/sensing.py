@@ -31,9 +31,9 @@ def normalised_zmp_signal(log: TrialLog, rows: slice) -> np.ndarray:
 
     NaN in flight, where it is singular, and throughout for a robot without sensors.
     """
-    left, right = (readings(log, log.vector(f"{side}_foot_fsr_", FSRS)[rows]) for side in FEET)
     if log.header.sensors is None:
-        return np.full((len(left), 2), np.nan)
+        return np.full((len(readings(log, log["time"][rows])), 2), np.nan)
+    left, right = (readings(log, log.vector(f"{side}_foot_fsr_", FSRS)[rows]) for side in FEET)
     return normalised_zmp(left, right, log.header.sensors)
 
 

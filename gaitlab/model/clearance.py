@@ -12,13 +12,14 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitlab.errors import Infeasible, WrongValue
-from gaitlab.model.compiled import njit
+from gaitlab.kinematics.compiled import njit
+from gaitlab.model.gait import changes
 from gaitlab.model.robot import Robot
 from gaitlab.model.tree import Box, LinkPoses, Tree
 
@@ -75,61 +76,115 @@ def shape_of(robot: Robot, link: int) -> Box:
 
 def legs_gap(robot: Robot, poses: LinkPoses) -> np.ndarray:
     """Smallest gap of the two lower legs at each instant, in [m]. Shape (n,)."""
-    legs = lower_legs(robot)
-    boxes = [_boxes(robot, links) for links in legs]
-    placed = [(poses.position[:, links], poses.rotation[:, links]) for links in map(list, legs)]
-    (left, right), (a, b) = placed, boxes
-    return _gaps(*map(np.ascontiguousarray, (*left, *a, *right, *b)))
+    return _smallest_gap(robot, poses, *lower_legs(robot))
 
 
-def _boxes(robot: Robot, links: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Centres in the link frames and half edges of links' boxes, in [m]. Shape (links, 3) each."""
+def _smallest_gap(
+    robot: Robot, poses: LinkPoses, a: Sequence[int], b: Sequence[int], most: float = np.inf
+) -> np.ndarray:
+    """Smallest gap of any of the links a to any of the links b, in [m]. Shape (n,).
+
+    Gaps of `most` and more are not told apart: it stands for all of them.
+    """
+    position, rotation = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in poses)
+    return _gaps(position, rotation, _boxes(robot, a), _boxes(robot, b), most)
+
+
+class _Boxes(NamedTuple):
+    """Links, and centres in their frames and half edges of their boxes, in [m]. (m,), (m, 3) x 2"""
+
+    link: np.ndarray
+    centre: np.ndarray
+    half: np.ndarray
+
+
+def _boxes(robot: Robot, links: Sequence[int]) -> _Boxes:
     shapes = [shape_of(robot, link) for link in links]
-    return np.array([s.centre for s in shapes]), 0.5 * np.array([s.size for s in shapes])
+    centres, sizes = np.array([s.centre for s in shapes]), np.array([s.size for s in shapes])
+    return _Boxes(np.array(links), centres, 0.5 * sizes)
 
 
 @njit
 def _gaps(
-    position_a: np.ndarray, rotation_a: np.ndarray, centre_a: np.ndarray, half_a: np.ndarray,
-    position_b: np.ndarray, rotation_b: np.ndarray, centre_b: np.ndarray, half_b: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    found = np.empty(len(position_a))
-    for k in range(len(position_a)):
-        smallest = np.inf
-        for i in range(len(centre_a)):
-            ra = rotation_a[k, i]
-            pa = position_a[k, i] + ra @ centre_a[i]
-            for j in range(len(centre_b)):
-                rb = rotation_b[k, j]
-                apart = position_b[k, j] + rb @ centre_b[j] - pa
-                # Balls around the boxes: no nearer than this.
-                least = (
-                    np.sqrt(apart @ apart)
-                    - np.sqrt(half_a[i] @ half_a[i])
-                    - np.sqrt(half_b[j] @ half_b[j])
-                )
-                if least < smallest:
-                    smallest = min(smallest, _gap(apart, ra, half_a[i], rb, half_b[j]))
+    position: np.ndarray, rotation: np.ndarray, a: _Boxes, b: _Boxes, most: float
+) -> np.ndarray:
+    """Those of `_smallest_gap`; positions (links, 3, n), rotations (links, 3, 3, n)."""
+    count_a, count_b = len(a.link), len(b.link)
+    balls = np.empty((count_a, count_b))  # sum of the radii of the balls around two boxes
+    for i in range(count_a):
+        for j in range(count_b):
+            balls[i, j] = np.sqrt(np.sum(a.half[i] ** 2)) + np.sqrt(np.sum(b.half[j] ** 2))
+    at_a, turned_a = np.empty((count_a, 3)), np.empty((count_a, 3, 3))
+    at_b, turned_b = np.empty((count_b, 3)), np.empty((count_b, 3, 3))
+    apart, turn = np.empty(3), np.empty((3, 3))
+    found = np.empty(position.shape[-1])
+    for k in range(len(found)):
+        _place(position, rotation, a, k, at_a, turned_a)
+        _place(position, rotation, b, k, at_b, turned_b)
+        smallest = most
+        for i in range(count_a):
+            for j in range(count_b):
+                distance = 0.0
+                for axis in range(3):
+                    apart[axis] = at_b[j, axis] - at_a[i, axis]
+                    distance += apart[axis] ** 2
+                if np.sqrt(distance) - balls[i, j] < smallest:  # balls may be nearer than that
+                    gap = _separation(
+                        apart, turned_a[i], a.half[i], turned_b[j], b.half[j], smallest, turn
+                    )
+                    smallest = min(smallest, gap)
         found[k] = smallest
     return found
 
 
-@njit
-def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray) -> float:
-    """Largest separation of two boxes along an axis, in [m]; negative where they overlap."""
-    turn, offset = ra.T @ rb, ra.T @ apart
+@njit(inline="always")
+def _place(
+    position: np.ndarray, rotation: np.ndarray, boxes: _Boxes, k: int,
+    at: np.ndarray, turned: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill in where boxes are at instant k, and how they are turned."""
+    for number, link in enumerate(boxes.link):
+        for row in range(3):
+            moved = 0.0
+            for column in range(3):
+                part = rotation[link, row, column, k]
+                turned[number, row, column] = part
+                moved += part * boxes.centre[number, column]
+            at[number, row] = position[link, row, k] + moved
+
+
+@njit(inline="always")
+def _separation(
+    apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np.ndarray,
+    enough: float, turn: np.ndarray,
+) -> float:  # fmt: skip
+    """Largest separation of two boxes along an axis, in [m]; negative where they overlap.
+
+    Once it is known to be `enough` it is not looked for any further. Writes to `turn`, (3, 3).
+    """
     best = -np.inf
     for i in range(3):
-        reach = a[i]
+        reach, along = a[i], 0.0
         for j in range(3):
+            turn[i, j] = ra[0, i] * rb[0, j] + ra[1, i] * rb[1, j] + ra[2, i] * rb[2, j]
             reach += b[j] * abs(turn[i, j])
-        best = max(best, abs(offset[i]) - reach)
+            along += ra[j, i] * apart[j]
+        best = max(best, abs(along) - reach)
+        if best >= enough:
+            return best
     for j in range(3):
         reach, along = b[j], 0.0
         for i in range(3):
             reach += a[i] * abs(turn[i, j])
-            along += offset[i] * turn[i, j]
+            along += apart[i] * rb[i, j]
         best = max(best, abs(along) - reach)
+        if best >= enough:
+            return best
+    offset = (
+        ra[0, 0] * apart[0] + ra[1, 0] * apart[1] + ra[2, 0] * apart[2],
+        ra[0, 1] * apart[0] + ra[1, 1] * apart[1] + ra[2, 1] * apart[2],
+        ra[0, 2] * apart[0] + ra[1, 2] * apart[1] + ra[2, 2] * apart[2],
+    )
     for i in range(3):
         i1, i2 = (i + 1) % 3, (i + 2) % 3
         for j in range(3):
@@ -141,6 +196,8 @@ def _gap(apart: np.ndarray, ra: np.ndarray, a: np.ndarray, rb: np.ndarray, b: np
             reach = a[i1] * abs(turn[i2, j]) + a[i2] * abs(turn[i1, j])
             reach += b[j1] * abs(turn[i, j2]) + b[j2] * abs(turn[i, j1])
             best = max(best, (abs(along) - reach) / sine)
+            if best >= enough:
+                return best
     return best
 
 
@@ -155,10 +212,8 @@ def require_apart(robot: Robot, joints: np.ndarray, dt: float) -> None:
     Raises:
         Infeasible: Names the first such instant and the depth, and the deepest.
     """
-    # Commands are held between the gait's own instants: each is looked at once.
-    changed = np.flatnonzero(np.any(np.diff(joints, axis=0) != 0.0, axis=1)) + 1
-    instants = np.concatenate([[0], changed])
-    gaps = _commanded_gaps(robot, joints[instants])
+    instants = changes(joints).first
+    gaps = _commanded_gaps(robot, joints[instants], most=-TOUCHING)
     over = np.flatnonzero(gaps < -TOUCHING)
     if not len(over):
         return
@@ -186,14 +241,16 @@ def _sideways(robot: Robot, joints: np.ndarray) -> float:
     return 1e3 * high
 
 
-def _posed(robot: Robot, joints: np.ndarray) -> LinkPoses:
-    """Poses of all links for joint positions over time, the trunk at the origin."""
+def _posed(robot: Robot, joints: np.ndarray, wanted: Iterable[int] | None = None) -> LinkPoses:
+    """Poses of links for joint positions over time, the trunk at the origin."""
     n = len(joints)
-    return robot.tree.poses(np.zeros((n, 3)), np.broadcast_to(np.eye(3), (n, 3, 3)), joints)
+    upright = np.broadcast_to(np.eye(3), (n, 3, 3))
+    return robot.tree.poses(np.zeros((n, 3)), upright, joints, wanted)
 
 
-def _commanded_gaps(robot: Robot, joints: np.ndarray) -> np.ndarray:
-    return legs_gap(robot, _posed(robot, joints))
+def _commanded_gaps(robot: Robot, joints: np.ndarray, most: float = np.inf) -> np.ndarray:
+    left, right = lower_legs(robot)
+    return _smallest_gap(robot, _posed(robot, joints, left + right), left, right, most)
 
 
 def links_apart(robot: Robot, joints: np.ndarray) -> list[tuple[int, int]]:
@@ -204,17 +261,12 @@ def links_apart(robot: Robot, joints: np.ndarray) -> list[tuple[int, int]]:
         joints: Positions of all joints, in [rad]. Shape (joints,).
     """
     tree, count, poses = robot.tree, len(robot.tree.links), _posed(robot, joints[None])
-    boxes = [_boxes(robot, [k]) for k in range(count)]
-    placed = [
-        (np.ascontiguousarray(poses.position[:, [k]]), np.ascontiguousarray(poses.rotation[:, [k]]))
-        for k in range(count)
-    ]
     return [
         (a, b)
         for a in range(count)
         for b in range(a + 1, count)
         if tree.links[b].parent != tree.links[a].name
-        and _gaps(*placed[a], *boxes[a], *placed[b], *boxes[b])[0] > APART
+        and _smallest_gap(robot, poses, [a], [b])[0] > APART
     ]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -84,6 +84,28 @@ def first_step(feet: FeetPoses) -> float:
     return float(np.argmax(begun)) if begun.any() else inf
 
 
+class Changes(NamedTuple):
+    """Instants at which something is no longer what it was: between them, commands are held.
+
+    Attributes:
+        first: The instants; 0 is the first of them. Shape (m,).
+        of: Of each instant, which of those it repeats. Shape (n,).
+    """
+
+    first: np.ndarray
+    of: np.ndarray
+
+
+def changes(*parts: np.ndarray) -> Changes:
+    """When any of some arrays over n instants changes. Shape (n, ...) each."""
+    new = np.ones(len(parts[0]), dtype=bool)
+    new[1:] = False
+    for part in parts:
+        differ = part[1:] != part[:-1]
+        new[1:] |= differ.any(axis=tuple(range(1, differ.ndim)))
+    return Changes(np.flatnonzero(new), np.cumsum(new) - 1)
+
+
 class Gait(Protocol):
     """A gait: a frozen dataclass called `Gait` in a file of its own in `gaitlab/gaits`."""
 
@@ -144,6 +166,6 @@ def require_feet(feet: object, count: int) -> None:
                 f"the gait's feet(t) gave {name} of shape {np.shape(array)} for {count} instants; "
                 f"{shape} is expected"
             )
-        wrong = np.argwhere(~np.isfinite(array))
-        if len(wrong) and name != "phase":
-            raise WrongValue(f"the gait's feet(t) gave a {name} at tick {wrong[0][0]} that is nan")
+        if name != "phase" and not np.isfinite(array).all():
+            tick = np.argwhere(~np.isfinite(array))[0][0]
+            raise WrongValue(f"the gait's feet(t) gave a {name} at tick {tick} that is nan")

@@ -11,8 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from gaitlab.errors import Infeasible
-from gaitlab.kinematics.transforms import axis_rotation, homogeneous
-from gaitlab.model.gait import FeetPoses
+from gaitlab.kinematics.transforms import axis_rotation, homogeneous, turned
+from gaitlab.model.gait import FeetPoses, changes
 from gaitlab.model.link_table import SIDES, turns_about_y
 from gaitlab.model.tree import Joint
 from gaitlab.parameters import parameter
@@ -91,14 +91,18 @@ def six_joint_targets(
     Raises:
         Infeasible: If the sole is out of reach or a joint beyond its limit.
     """
-    level = axis_rotation("y", -feet.trunk_pitch) @ axis_rotation("z", feet.heading[:, index])
-    pose = homogeneous(level, feet.position[:, index] - origin)
+    changed = changes(feet.position[:, index], feet.heading[:, index], feet.trunk_pitch)
+    few = changed.first
+    lean = axis_rotation("y", -feet.trunk_pitch[few])
+    level = turned(lean, "z", feet.heading[few, index])
+    pose = homogeneous(level, feet.position[few, index] - origin)
     limb = f"{SIDES[index]}_leg"
     try:
-        found = leg.pose_joints(pose)
+        found = leg.pose_joints(pose)[changed.of]
     except Infeasible as problem:
-        require_limits(limb, joints, leg.pose_joints(pose[: problem.tick]))
-        raise
+        tick = int(few[problem.tick])
+        require_limits(limb, joints, leg.pose_joints(pose[: problem.tick])[changed.of[:tick]])
+        raise Infeasible(limb=problem.limb, tick=tick, reason=problem.reason) from problem
     require_limits(limb, joints, found)
     return with_ankle(found, joints, feet, index)
 
@@ -134,10 +138,10 @@ def require_limits(limb: str, joints: Sequence[Joint], position: np.ndarray) -> 
     """
     low = np.array([joint.lower for joint in joints]) - ROUNDING
     high = np.array([joint.upper for joint in joints]) + ROUNDING
-    outside = np.argwhere(~((position >= low) & (position <= high)))
-    if not len(outside):
+    within = (position >= low) & (position <= high)
+    if within.all():
         return
-    tick, index = (int(i) for i in outside[0])
+    tick, index = (int(i) for i in np.argwhere(~within)[0])
     joint = joints[index]
     reason = (
         f"{joint.name} would have to turn to {_angles(position[tick, index])}, its limits are "

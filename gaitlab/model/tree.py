@@ -5,7 +5,7 @@ All poses are batched over n instants. A link's frame is its joint's frame, as i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
@@ -131,6 +131,16 @@ class LinkPoses(NamedTuple):
     position: np.ndarray
     rotation: np.ndarray
 
+    def point(self, link: int, place: Sequence[float]) -> np.ndarray:
+        """World position over time of a point that is fixed to a link, in [m]. Shape (3, n).
+
+        Args:
+            link: Index of the link.
+            place: Of the point in the link's frame, in [m]. Shape (3,).
+        """
+        position, rotation = self.position[:, link].T, np.moveaxis(self.rotation[:, link], 0, -1)
+        return position + _along(rotation, place)
+
 
 @dataclass(frozen=True)
 class Tree:
@@ -158,7 +168,11 @@ class Tree:
         return self._index[name]
 
     def poses(
-        self, position: np.ndarray, rotation: np.ndarray, joint_position: np.ndarray
+        self,
+        position: np.ndarray,
+        rotation: np.ndarray,
+        joint_position: np.ndarray,
+        wanted: Iterable[int] | None = None,
     ) -> LinkPoses:
         """Pose of every link.
 
@@ -166,37 +180,46 @@ class Tree:
             position: Trunk link frame, world frame, in [m]. Shape (n, 3).
             rotation: Rotation matrix of the trunk link frame. Shape (n, 3, 3).
             joint_position: In the order of `joints`, in [rad]. Shape (n, joints).
+            wanted: The only links whose poses are looked at, as indices; those of links that carry
+                none of them may hold anything.
         """
+        needed = set(range(len(self.links))) if wanted is None else self._carrying(wanted)
         # Instants come last in memory, so that every operation runs over contiguous numbers.
         n = len(position)
         at, turned = np.empty((len(self.links), 3, n)), np.empty((len(self.links), 3, 3, n))
         at[0], turned[0] = position.T, np.moveaxis(rotation, 0, -1)
-        angles = iter(joint_position.T)
+        angles = np.ascontiguousarray(joint_position.T)
         for k, link in enumerate(self.links[1:], start=1):
+            if k not in needed:
+                continue
             parent = self._index[str(link.parent)]
             assert link.joint is not None  # only the trunk has none
             at[k] = at[parent] + _along(turned[parent], link.origin)
             above = turned[parent]
             if link.turn is not None:
                 above = np.einsum("ijn,jk->ikn", above, np.reshape(link.turn, (3, 3)))
-            _turn(above, link.joint.axis, next(angles), out=turned[k])
+            _turn(above, link.joint.axis, angles[k - 1], out=turned[k])
         return LinkPoses(np.moveaxis(at, -1, 0), np.moveaxis(turned, -1, 0))
 
     @cached_property
     def _index(self) -> Mapping[str, int]:
         return {link.name: k for k, link in enumerate(self.links)}
 
+    def _carrying(self, links: Iterable[int]) -> set[int]:
+        """These links and all between them and the trunk."""
+        found = set(links)
+        for k in range(len(self.links) - 1, 0, -1):
+            if k in found:
+                found.add(self._index[str(self.links[k].parent)])
+        return found
+
     def centre_of_mass(self, poses: LinkPoses) -> np.ndarray:
         """Centre of mass of the robot, world frame, in [m]. Shape (n, 3)."""
-        at, turned = np.moveaxis(poses.position, 0, -1), np.moveaxis(poses.rotation, 0, -1)
-        moment = sum(
-            link.mass * (at[k] + _along(turned[k], link.centre))
-            for k, link in enumerate(self.links)
-        )
+        moment = sum(link.mass * poses.point(k, link.centre) for k, link in enumerate(self.links))
         return np.transpose(moment) / self.mass
 
 
-def _along(rotation: np.ndarray, vector: Vector) -> np.ndarray:
+def _along(rotation: np.ndarray, vector: Sequence[float]) -> np.ndarray:
     """A constant vector turned by rotations (3, 3, n). Shape (3, n)."""
     moved = np.zeros((3, rotation.shape[-1]))
     for axis, length in enumerate(vector):
@@ -208,7 +231,9 @@ def _along(rotation: np.ndarray, vector: Vector) -> np.ndarray:
 def _turn(rotation: np.ndarray, axis: Axis, angle: np.ndarray, *, out: np.ndarray) -> None:
     """Rotations (3, 3, n) followed by turns about an axis; a coordinate axis mixes two columns."""
     if not isinstance(axis, str):
-        out[:] = np.einsum("ijn,njk->ikn", rotation, vector_rotation(axis, angle))
+        turn = np.ascontiguousarray(np.moveaxis(vector_rotation(axis, angle), 0, -1))
+        columns = (rotation[:, j, None] * turn[j] for j in range(3))
+        out[:] = next(columns) + next(columns) + next(columns)
         return
     c, s = np.cos(angle), np.sin(angle)
     if axis.startswith("-"):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.model.compiled import njit
+from gaitlab.kinematics.compiled import njit
 
 FINER = 2  # pixels painted for one of the picture, along each edge
 NOTHING = -1  # face of a pixel without one

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.model.compiled import njit
+from gaitlab.kinematics.compiled import njit
 from gaitlab.model.servo import Servo
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
+from gaitlab.kinematics.compiled import njit
 from gaitlab.kinematics.fsr import sensor_loads
 from gaitlab.kinematics.polygon import support_margin
 from gaitlab.kinematics.transforms import quaternion_of, roll_pitch_yaw, rotation_of
@@ -17,6 +19,8 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.simulation.tape import Contacts, Tape
 
 LOADED = 0.05  # share of the weight; a sole that carries less counts as in the air
+MIDDLE = 0.01  # of the sole's length or width, within which a point is on its dividing line
+QUANTITIES = ("target", "position", "velocity", "torque")
 
 Columns = dict[str, np.ndarray]
 
@@ -39,27 +43,25 @@ def log_of(
     """
     n = tape.length
     poses = _link_poses(tape, robot)
-    contacts = tape.contacts
-    soles = _sole_columns(tape, robot, header, poses, contacts)
-    loaded = np.stack([soles[f"{side}_foot_contact"] for side in FEET], axis=-1)
+    load = _load(tape.contacts, robot, poses)
+    loaded = load.force[:, 2] > LOADED * header.weight
     arrays: Columns = {
         "time": (np.arange(n) + 1) * header.dt,
         "gait_phase": feet.phase[:n],
         "step_index": feet.step_index[:n],
-        "support": loaded @ np.array([1, 2]),
+        "support": loaded[0] + 2 * loaded[1],
         "fall_cause": tape.fall_cause[:n],
         "body_contact": tape.body_touches[:n],
         "feet_gap": legs_gap(robot, poses),
         **_trunk_columns(tape, robot, poses),
-        **_zmp_columns(contacts, robot, poses, loaded),
-        **soles,
+        **_sole_columns(tape, robot, header, poses, load, loaded),
         **_joint_columns(tape, header, _wanted(tape, robot, targets)),
     }
     return TrialLog(header=header, arrays=arrays)
 
 
-def _named(name: str, axes: Iterable[str], table: np.ndarray) -> Columns:
-    return {f"{name}{axis}": table[:, i] for i, axis in enumerate(axes)}
+def _named(name: str, axes: Iterable[str], rows: Iterable[np.ndarray]) -> Columns:
+    return {f"{name}{axis}": row for axis, row in zip(axes, rows, strict=True)}
 
 
 def _link_poses(tape: Tape, robot: Robot) -> LinkPoses:
@@ -69,127 +71,136 @@ def _link_poses(tape: Tape, robot: Robot) -> LinkPoses:
 
 
 def _trunk_columns(tape: Tape, robot: Robot, poses: LinkPoses) -> Columns:
-    base = tape.trunk[: tape.length]
-    attitude = roll_pitch_yaw(poses.rotation[:, 0])
+    base = tape.trunk[: tape.length].T
     return {
-        **_named("trunk_", "xyz", poses.position[:, 0]),
-        **_named("trunk_q", "xyzw", base[:, 3:7]),
-        **_named("", ("roll", "pitch", "yaw"), attitude),
-        **_named("trunk_v", "xyz", base[:, 7:10]),
-        **_named("trunk_w", "xyz", base[:, 10:13]),
-        **_named("com_", "xyz", robot.tree.centre_of_mass(poses)),
+        **_named("trunk_", "xyz", poses.position[:, 0].T),
+        **_named("trunk_q", "xyzw", base[3:7]),
+        **_named("", ("roll", "pitch", "yaw"), roll_pitch_yaw(poses.rotation[:, 0]).T),
+        **_named("trunk_v", "xyz", base[7:10]),
+        **_named("trunk_w", "xyz", base[10:13]),
+        **_named("com_", "xyz", robot.tree.centre_of_mass(poses).T),
     }
 
 
 def _sole_columns(
-    tape: Tape, robot: Robot, header: LogHeader, poses: LinkPoses, contacts: Contacts
+    tape: Tape,
+    robot: Robot,
+    header: LogHeader,
+    poses: LinkPoses,
+    load: _Load,
+    loaded: np.ndarray,
 ) -> Columns:
     columns: Columns = {}
+    corners = []
     for side, foot in enumerate(FEET):
-        link = robot.tree.index(robot.feet[side])
-        position, rotation = poses.position[:, link], poses.rotation[:, link]
-        name, own = f"{foot}_foot_", contacts.of(side)
-        beside = (part[: tape.length, side] for part in (tape.plough, tape.push))
-        columns |= _pose_columns(name, robot, header, position, rotation)
-        columns |= _force_columns(name, header, own, *beside)
-        columns |= _fsr_columns(f"{name}fsr_", robot, side, position, rotation, own)
-    return columns
+        link, name = robot.tree.index(robot.feet[side]), f"{foot}_foot_"
+        corners.append([poses.point(link, corner) for corner in robot.sole.corners(side)])
+        plough, push = (part[: tape.length, side].T for part in (tape.plough, tape.push))
+        columns |= {
+            **_named(name, "xyz", poses.point(link, robot.sole.centre_of(side))),
+            **_named(f"{name}q", "xyzw", quaternion_of(poses.rotation[:, link]).T),
+            f"{name}sink": header.pile_height - np.min([z for _, _, z in corners[-1]], axis=0),
+            f"{name}normal_force": load.force[side, 2],
+            **_named(f"{name}force_", "xy", load.force[side, :2] + push),
+            f"{name}plough_force": np.hypot(*plough),
+            f"{name}contact": loaded[side],
+            **_named(f"{name}fsr_", FSRS, _fsr_loads(robot, side, load)),
+        }
+    return columns | _zmp_columns(load, np.array(corners), loaded)
 
 
-def _pose_columns(
-    name: str, robot: Robot, header: LogHeader, position: np.ndarray, rotation: np.ndarray
-) -> Columns:
-    foot = FEET.index(name.split("_")[0])
-    corners = position[:, None] + robot.sole.corners(foot) @ np.swapaxes(rotation, 1, 2)
-    return {
-        **_named(name, "xyz", position + rotation @ np.array(robot.sole.centre_of(foot))),
-        **_named(f"{name}q", "xyzw", quaternion_of(rotation)),
-        f"{name}sink": header.pile_height - corners[..., 2].min(axis=1),
-    }
-
-
-def _force_columns(
-    name: str, header: LogHeader, contacts: Contacts, plough: np.ndarray, push: np.ndarray
-) -> Columns:
-    n = len(plough)
-    force = np.stack([contacts.total(contacts.force[:, a], n) for a in range(3)], axis=-1)
-    return {
-        f"{name}normal_force": force[:, 2],
-        **_named(f"{name}force_", "xy", force[:, :2] + push),
-        f"{name}plough_force": np.hypot(*plough.T),
-        f"{name}contact": force[:, 2] > LOADED * header.weight,
-    }
-
-
-def _fsr_columns(
-    name: str,
-    robot: Robot,
-    foot: int,
-    position: np.ndarray,
-    rotation: np.ndarray,
-    contacts: Contacts,
-) -> Columns:
-    """Loads of a foot's sensors, or of the quarters of the sole of a robot without any."""
-    from_ankle = contacts.position - position[contacts.tick]
-    turned = np.einsum("pji,pj->pi", rotation[contacts.tick], from_ankle)
-    sensors = robot.sole.sensors(foot)
-    if sensors is not None:
-        return _named(name, FSRS, _sensor_loads(turned, contacts, len(position), sensors))
-    return _quarter_columns(name, robot, foot, turned, contacts, len(position))
-
-
-def _sensor_loads(
-    local: np.ndarray, contacts: Contacts, ticks: int, sensors: np.ndarray
-) -> np.ndarray:
-    """What the sensors read of contacts at points in the ankle frame, in [N]. Shape (n, 4)."""
-    vertical = contacts.force[:, 2]
-    total = contacts.total(vertical, ticks)
-    moments = (contacts.total(vertical * local[:, axis], ticks) for axis in range(2))
-    centre = np.stack(tuple(moments), axis=-1) / np.where(total > 0.0, total, 1.0)[:, None]
-    return sensor_loads(total, centre, sensors)
-
-
-def _quarter_columns(
-    name: str, robot: Robot, foot: int, turned: np.ndarray, contacts: Contacts, ticks: int
-) -> Columns:
-    """Vertical load on the quarters of the sole; a point on a dividing line is shared."""
-    local = turned - np.array(robot.sole.centre_of(foot))
-    front, left = _share(local[:, 0], robot.sole.length), _share(local[:, 1], robot.sole.width)
-    along = {"front": front, "rear": 1.0 - front}
-    across = {"left": left, "right": 1.0 - left}
-    parts = ((fsr, *fsr.split("_")) for fsr in FSRS)
-    return {
-        name + fsr: contacts.total(contacts.force[:, 2] * along[a] * across[b], ticks)
-        for fsr, a, b in parts
-    }
-
-
-def _share(coordinate: np.ndarray, extent: float) -> np.ndarray:
-    """1 on the positive side, 0 on the negative, one half within a hundredth of the middle."""
-    return np.where(np.abs(coordinate) < 0.01 * extent, 0.5, coordinate > 0.0)
-
-
-def _zmp_columns(contacts: Contacts, robot: Robot, poses: LinkPoses, loaded: np.ndarray) -> Columns:
-    """ZMP from the contact forces, on the load-weighted mean height of the contact points.
-
-    The plough force is left out: its lever is a few millimetres.
-    """
-    n, normal = len(loaded), contacts.force[:, 2]
-    total = np.where(loaded.any(axis=1), contacts.total(normal, n), np.nan)
-    height = contacts.total(normal * contacts.position[:, 2], n) / total
-    lever = contacts.position[:, 2] - height[contacts.tick]
-    moments = normal[:, None] * contacts.position[:, :2] - lever[:, None] * contacts.force[:, :2]
-    zmp = np.stack([contacts.total(moments[:, a], n) / total for a in range(2)], axis=-1)
-    margin = support_margin(zmp, _sole_corners(robot, poses), loaded)
+def _zmp_columns(load: _Load, corners: np.ndarray, loaded: np.ndarray) -> Columns:
+    """ZMP and its margin; corners of both soles, world frame, in [m], have shape (2, 4, 3, n)."""
+    zmp = load.tipping / np.where(loaded.any(axis=0), load.normal, np.nan)
+    margin = support_margin(zmp.T, np.moveaxis(corners[:, :, :2], -1, 0), loaded.T)
     return {**_named("zmp_", "xy", zmp), "zmp_margin": margin}
 
 
-def _sole_corners(robot: Robot, poses: LinkPoses) -> np.ndarray:
-    """Corners of both soles on the ground plane, in [m]. Shape (n, 2, 4, 2)."""
+def _fsr_loads(robot: Robot, foot: int, load: _Load) -> np.ndarray:
+    """What a foot's sensors read, or the quarters of the sole of a robot without any, in [N].
+
+    Shape (4, n).
+    """
+    sensors = robot.sole.sensors(foot)
+    if sensors is None:
+        return load.quarters[foot]
+    total = load.force[foot, 2]
+    centre = load.moments[foot] / np.where(total > 0.0, total, 1.0)
+    return sensor_loads(total, centre.T, sensors).T
+
+
+class _Load(NamedTuple):
+    """What the contacts under the soles add up to at each tick; feet are ordered left, right.
+
+    Attributes:
+        force: Force on each sole, world frame, in [N]. Shape (2, 3, n).
+        quarters: Vertical force on the quarters of each sole, in [N]; a point on a dividing line
+            is shared. Shape (2, 4, n).
+        moments: Vertical force times the place x and y in the ankle's frame, in [N m]. (2, 2, n).
+        normal: Vertical force on both soles, in [N]. Shape (n,).
+        tipping: Vertical force on both soles times the x and y of the ZMP, in [N m]. (2, n).
+    """
+
+    force: np.ndarray
+    quarters: np.ndarray
+    moments: np.ndarray
+    normal: np.ndarray
+    tipping: np.ndarray
+
+
+def _load(contacts: Contacts, robot: Robot, poses: LinkPoses) -> _Load:
     links = [robot.tree.index(foot) for foot in robot.feet]
-    corners = np.stack([robot.sole.corners(foot) for foot in range(len(links))])
-    turned = corners @ np.swapaxes(poses.rotation[:, links], 2, 3)
-    return (poses.position[:, links, None] + turned)[..., :2]
+    at, turned = (np.ascontiguousarray(np.moveaxis(part[:, links], 0, -1)) for part in poses)
+    centres = np.array([robot.sole.centre_of(foot) for foot in range(2)])
+    middle = MIDDLE * np.array([robot.sole.length, robot.sole.width])
+    return _Load(*_added_up(contacts, at, turned, centres, middle))
+
+
+@njit
+def _added_up(
+    contacts: Contacts, at: np.ndarray, turned: np.ndarray, centres: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """The fields of `_Load`.
+
+    The ZMP lies on the load-weighted mean height of the contact points. The plough force is left
+    out: its lever is a few millimetres.
+
+    Args:
+        contacts: Points under the soles.
+        at: Of the feet, world frame, in [m]. Shape (2, 3, n).
+        turned: Rotations of the feet. Shape (2, 3, 3, n).
+        centres: Of the soles, in the ankle's frame, in [m]. Shape (2, 3).
+        middle: Half widths of what counts as on a dividing line, in [m]. Shape (2,).
+    """
+    (tick, side, position, force), n = contacts, at.shape[-1]
+    forces, quarters, moments = np.zeros((2, 3, n)), np.zeros((2, 4, n)), np.zeros((2, 2, n))
+    normal, height, tipping = np.zeros(n), np.zeros(n), np.zeros((2, n))
+    share = np.empty((2, 2))  # of a point in front and rear, in left and right
+    for p in range(len(tick)):
+        k, foot, vertical = tick[p], side[p], force[p, 2]
+        for axis in range(3):
+            forces[foot, axis, k] += force[p, axis]
+        for axis in range(2):
+            local = 0.0
+            for i in range(3):
+                local += turned[foot, i, axis, k] * (position[p, i] - at[foot, i, k])
+            moments[foot, axis, k] += vertical * local
+            local -= centres[foot, axis]
+            share[axis, 0] = 0.5 + (0.5 * np.sign(local) if abs(local) >= middle[axis] else 0.0)
+            share[axis, 1] = 1.0 - share[axis, 0]
+        for quarter in range(4):
+            part = vertical * share[0, quarter // 2] * share[1, quarter % 2]
+            quarters[foot, quarter, k] += part
+        normal[k] += vertical
+        height[k] += vertical * position[p, 2]
+    for k in range(n):
+        height[k] /= normal[k] if normal[k] != 0.0 else 1.0
+    for p in range(len(tick)):
+        k, vertical = tick[p], force[p, 2]
+        lever = position[p, 2] - height[k]
+        for axis in range(2):
+            tipping[axis, k] += vertical * position[p, axis] - lever * force[p, axis]
+    return forces, quarters, moments, normal, tipping
 
 
 def _wanted(tape: Tape, robot: Robot, targets: np.ndarray) -> np.ndarray:
@@ -205,14 +216,9 @@ def _wanted(tape: Tape, robot: Robot, targets: np.ndarray) -> np.ndarray:
 
 def _joint_columns(tape: Tape, header: LogHeader, targets: np.ndarray) -> Columns:
     states = tape.joints[: tape.length]
-    quantities = (
-        ("target", targets),
-        ("position", states[:, 0]),
-        ("velocity", states[:, 1]),
-        ("torque", states[:, 2]),
-    )
-    return {
-        f"{joint}_{quantity}": table[:, j]
-        for j, joint in enumerate(header.joints)
-        for quantity, table in quantities
-    }
+    tables = dict(zip(QUANTITIES, (targets, *np.moveaxis(states, 1, 0)), strict=True))
+    columns: Columns = {}
+    for quantity, table in tables.items():
+        rows = np.ascontiguousarray(table.T, dtype=np.float32)
+        columns |= _named("", (f"{joint}_{quantity}" for joint in header.joints), rows)
+    return columns

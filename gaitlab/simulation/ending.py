@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitlab.kinematics.compiled import njit
 from gaitlab.log.course import Course
 from gaitlab.log.fall import (
     BODY_CONTACT,
@@ -21,7 +22,6 @@ from gaitlab.log.fall import (
     TILT_TIME,
     UPRIGHT_LIMIT,
 )
-from gaitlab.model.compiled import njit
 
 GOES_ON: Final = 0  # the codes of a fall, 1 to 3, are those of the log
 ARRIVED: Final = 8

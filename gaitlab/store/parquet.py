@@ -14,6 +14,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -27,6 +28,7 @@ from gaitlab.store.durable import hindrance, open_to_read, starved, unreachable
 from gaitlab.store.record import TrialRecord, canonical, from_json, to_json
 
 OLDEST_VERSION = 1  # of the file that can still be read
+FASTER = -1  # level of zstd: a quarter less time than its usual one for files 2 % longer
 FORMAT_VERSION = 1  # of the file; raise it when an older gaitlab could misread a newer file
 LONGEST_FOOTER = 1 << 26  # byte
 MOST_UNPACKED, FREE_UNPACKED = 200, 1 << 26  # byte a byte of the file, some 4 in fact; byte besides
@@ -150,15 +152,20 @@ def columns_sha256(log: TrialLog | None) -> str:
 
 
 def _table(log: TrialLog | None) -> pa.Table:
-    described = columns(log.header.joints) if log is not None else columns(())[:1]
-    fields = [
-        pa.field(c.name, _TYPES[c.dtype], nullable=False, metadata={"unit": c.unit, "doc": c.doc})
-        for c in described
-    ]
-    schema = pa.schema(fields)
     if log is None:
-        return schema.empty_table()
-    return pa.Table.from_arrays([pa.array(log.arrays[c.name]) for c in described], schema=schema)
+        return pa.schema(_fields(())[:1]).empty_table()
+    fields = _fields(log.header.joints)
+    arrays = [pa.array(log.arrays[field.name]) for field in fields]
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+@lru_cache(maxsize=16)
+def _fields(joints: tuple[str, ...]) -> list[pa.Field]:
+    """Fields of the columns of a log of a robot with these joints."""
+    return [
+        pa.field(c.name, _TYPES[c.dtype], nullable=False, metadata={"unit": c.unit, "doc": c.doc})
+        for c in columns(joints)
+    ]
 
 
 _TYPES = {
@@ -177,7 +184,7 @@ def _parquet(table: pa.Table) -> bytes:
         sink,
         row_group_size=max(1, table.num_rows),
         compression="zstd",
-        compression_level=3,
+        compression_level=FASTER,
         use_dictionary=False,
         use_byte_stream_split=floats,
         write_statistics=False,

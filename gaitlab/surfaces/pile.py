@@ -10,6 +10,7 @@ References:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -61,6 +62,7 @@ class PileLaw:
         n = self.exponent
         return (2.0 * self.p1 * x**3 + n * self.p2 * x ** (n + 1.0)) / self.height
 
+    @lru_cache(maxsize=256)  # noqa: B019, small laws that trials share
     def gap_under(self, pressure: float) -> float:
         """Gap in [m] at which the pile carries a pressure in [Pa]; inverted by bisection."""
         low, high = max(self.solid_height, SMALLEST_GAP), self.height

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitlab.model.compiled import njit
+from gaitlab.kinematics.compiled import njit
 from gaitlab.surfaces.ground import Footprint, Pile, Support
 from gaitlab.surfaces.pile import SMALLEST_GAP
 

@@ -7,6 +7,7 @@ from gaitlab.kinematics.transforms import (
     quaternion_of,
     roll_pitch_yaw,
     rotation_of,
+    turned,
 )
 
 
@@ -23,6 +24,13 @@ def test_turning_back_undoes_a_turn(axis: str) -> None:
     angle = np.linspace(-7.0, 7.0, 31)
     product = axis_rotation(axis, angle) @ axis_rotation(axis, -angle)
     np.testing.assert_allclose(product, np.broadcast_to(np.eye(3), product.shape), atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_turned_rotations_are_their_product_with_a_turn(axis: str, quaternions: np.ndarray) -> None:
+    rotation, angle = rotation_of(quaternions), np.linspace(-7.0, 7.0, len(quaternions))
+    product = rotation @ axis_rotation(axis, angle)
+    np.testing.assert_allclose(turned(rotation, axis, angle), product, atol=1e-15)
 
 
 @pytest.mark.parametrize(("axis", "start", "end"), [("x", 1, 2), ("y", 2, 0), ("z", 0, 1)])

@@ -9,10 +9,11 @@ from gaitlab.kinematics.head import camera_pose
 from gaitlab.kinematics.six_joint_leg import Leg
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.model import Robot as RobotProtocol
-from gaitlab.model.gait import FeetPoses
+from gaitlab.model.gait import SHAPES, FeetPoses
 from gaitlab.model.link_table import Row
 from gaitlab.parameters import get_path, parameters, set_path
 from gaitlab.robots.eros import Robot
+from gaitlab.robots.nao import Robot as Nao
 
 ROBOT: RobotProtocol = Robot()
 LEG = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
@@ -154,6 +155,21 @@ def test_an_upright_trunk_gives_the_flat_inverse_kinematics() -> None:
         position = feet.position[:, k] - [0.0, 0.0, ROBOT.hip_offset()]
         flat = leg.flat_joints(position, feet.heading[:, k])
         np.testing.assert_allclose(joints[:, 6 * k : 6 * k + 6], flat, atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", [Robot(), Nao()], ids=lambda robot: robot.name)
+def test_what_is_held_gives_the_targets_of_its_first_instant(robot: RobotProtocol) -> None:
+    """And where it cannot be reached, the first instant of the whole gait is named."""
+    straight = {"heading": np.zeros((40, 2)), "trunk_pitch": np.zeros(40)}
+    feet = dataclasses.replace(random_feet(40), **straight)
+    times = np.random.default_rng(2).integers(1, 6, 40)
+    parts = {name: np.repeat(getattr(feet, name), times, axis=0) for name in SHAPES}
+    once, held = robot.joint_targets(feet), robot.joint_targets(FeetPoses(**parts))
+    np.testing.assert_array_equal(held, np.repeat(once, times, axis=0))
+    parts["position"][np.repeat(np.arange(40) >= 17, times), 1, 2] += 0.3
+    with pytest.raises(Infeasible, match="right_leg") as caught:
+        robot.joint_targets(FeetPoses(**parts))
+    assert caught.value.tick == times[:17].sum()
 
 
 def test_arms_and_head_hold_their_posture_within_their_limits() -> None:

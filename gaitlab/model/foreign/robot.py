@@ -21,7 +21,7 @@ from gaitlab.kinematics.axis_leg import AxisLeg, SolePoses
 from gaitlab.kinematics.transforms import axis_rotation, homogeneous
 from gaitlab.model.foreign.leg import FoundLeg
 from gaitlab.model.foreign.reduced import SOLE_LENGTHS, Reduced
-from gaitlab.model.gait import FeetPoses
+from gaitlab.model.gait import FeetPoses, changes
 from gaitlab.model.limbs import Limb
 from gaitlab.model.link_table import SIDES
 from gaitlab.model.servo import Servo
@@ -116,7 +116,7 @@ class ForeignRobot:
         leg, joints, limb = self.found.legs[side], self._leg_joints(side), f"{SIDES[side]}_leg"
         level = axis_rotation("y", -feet.trunk_pitch) @ axis_rotation("z", feet.heading[:, side])
         wanted = SolePoses(feet.position[:, side], level)
-        changed = _changes(wanted)
+        changed = changes(*wanted)
         few = SolePoses(wanted.position[changed.first], wanted.rotation[changed.first])
         solved = self._legs[side].inverse(few, leg.standing)
         beyond = (solved.misplaced > MISPLACED) | (solved.misturned > MISTURNED)
@@ -151,22 +151,6 @@ class ForeignRobot:
             inverse=inverse,
             turns=chain.holds[2],
         )
-
-
-@dataclass(frozen=True)
-class _Changes:
-    """Instants at which poses differ from those before, and which of them holds at each."""
-
-    first: np.ndarray
-    of: np.ndarray
-
-
-def _changes(poses: SolePoses) -> _Changes:
-    n = len(poses.position)
-    rows = np.concatenate([poses.position, poses.rotation.reshape(n, 9)], axis=1)
-    new = np.ones(n, dtype=bool)
-    new[1:] = np.any(rows[1:] != rows[:-1], axis=1)
-    return _Changes(np.flatnonzero(new), np.cumsum(new) - 1)
 
 
 def _out_of_reach(leg: FoundLeg, wanted: SolePoses, instant: int) -> str:

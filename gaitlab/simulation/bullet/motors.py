@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitlab.model.compiled import njit
+from gaitlab.kinematics.compiled import njit
 from gaitlab.model.servo import Servo
 from gaitlab.servos.latency import ROUNDING
 from gaitlab.servos.law import ServoRow, headed_speed, servo_row

@@ -18,7 +18,14 @@ import numba
 from numba.core import config
 
 PACKAGE = Path(__file__).parent.parent
-ROOMS = ("model", "render", "servos", "simulation", "surfaces")  # the ones that compile
+ROOMS = (
+    "kinematics",
+    "model",
+    "render",
+    "servos",
+    "simulation",
+    "surfaces",
+)  # that compile
 KEPT = 30 * 86400.0  # s, after which machine code of another text is thrown away
 
 
@@ -44,6 +51,12 @@ with suppress(OSError, RuntimeError):
     config.CACHE_DIR = config.CACHE_DIR or str(_folder())  # type: ignore[attr-defined]
 
 
-def njit(function: Any) -> Any:
-    """Compile a function when it is first called; afterwards it is read from the cache."""
-    return numba.njit(cache=True)(function)
+def njit(function: Any = None, **options: Any) -> Any:
+    """Compile a function when it is first called; afterwards it is read from the cache.
+
+    Args:
+        function: The function; without one a decorator.
+        options: As of `numba.njit`.
+    """
+    decorate = numba.njit(cache=True, **options)
+    return decorate if function is None else decorate(function)
