@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from gaitlab.errors import NoEngine
+
 # No deadline: a busy machine is no failure. Derandomised: the same commit gives the same verdict.
 settings.register_profile("gaitlab", deadline=None, derandomize=True)
 settings.load_profile("gaitlab")
@@ -35,7 +37,7 @@ if _has_room():
 
 
 # Where PyBullet is not installed, what asks for it is skipped and says so: a module or a test that
-# imports it, found by the error, and a test marked `bullet`, which asks in another process.
+# imports it or walks in it, found by the error, and a test marked `bullet`, which hears otherwise.
 NO_BULLET = (__file__, 1, "Skipped: PyBullet is not installed")
 
 
@@ -53,7 +55,8 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
     error = call.excinfo.value if call.excinfo else None
-    if report.failed and isinstance(error, ModuleNotFoundError) and error.name in BULLET:
+    asks = isinstance(error, NoEngine) or getattr(error, "name", "") in BULLET
+    if report.failed and asks and find_spec("pybullet") is None:
         report.outcome, report.longrepr = "skipped", NO_BULLET
     return report
 
