@@ -4,10 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
-# Pythons without a wheel of PyBullet, the newest first.
+# Pythons without a wheel of PyBullet, the newest first; and what depends on Python and the engine.
 NEWER := $(foreach v,3.13 3.12,python$(v) $(wildcard $(HOME)/.pyenv/versions/$(v).*/bin/python$(v)))
+NEUTRAL := tests/simulate tests/servos tests/robots tests/metrics tests/search \
+  $(addprefix tests/test_,cli.py cli_mistakes.py dispatch.py engine_choice.py executors.py \
+  experiment.py missing_engine.py own_code.py plan.py plugins.py run.py store.py systems.py)
 
-.PHONY: run test test-all test-neutral test-here lint types format reports benchmark clean
+.PHONY: run test test-all test-neutral lint types format reports benchmark clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed  ## simulate the quick experiment and write its report
@@ -15,21 +18,19 @@ run: $(VENV)/installed  ## simulate the quick experiment and write its report
 	@$(BIN)/gaitlab report eros_quick
 
 test: $(VENV)/installed-dev  ## run the tests, but for the long proofs
-	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not long" $(TESTS)
 
 test-all: $(VENV)/installed-dev  ## run all tests
 	@$(BIN)/python -m pytest -n auto --dist worksteal
 
-test-neutral:  ## run what needs no PyBullet, on the newest Python that has none
+test-neutral:  ## run what depends on it without PyBullet, on the newest Python
 	@for python in $(NEWER); do \
 	  if "$$python" -c 'import venv' 2>/dev/null; then \
-	    exec $(MAKE) --no-print-directory VENV=.venv-newer PYTHON="$$python" test-here; \
+	    exec $(MAKE) --no-print-directory VENV=.venv-newer PYTHON="$$python" \
+	      TESTS="$(NEUTRAL)" test; \
 	  fi; \
 	done; \
 	echo "test-neutral: no Python 3.13 or 3.12 here, so nothing is run without PyBullet" >&2
-
-test-here: $(VENV)/installed-dev
-	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not long and not bullet"
 
 lint: $(VENV)/installed-dev  ## style of the code
 	@$(BIN)/ruff check .
