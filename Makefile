@@ -58,7 +58,7 @@ clean:  ## remove what this file has set up; results and reports stay
 $(VENV)/installed: $(NEEDS) | $(VENV)/bin/python
 	@echo "installing gaitlab into $(VENV), once" >&2
 	@$(PIP) hatchling editables
-	@$(PIP) --no-build-isolation -e .
+	@$(PIP) --no-build-isolation -e '.[mujoco]'
 	@touch $@
 
 $(VENV)/installed-dev: $(NEEDS) | $(VENV)/bin/python
