@@ -1,60 +1,76 @@
 # Everything sets itself up in .venv; it is set up again only when the two files below change.
 NEEDS := pyproject.toml constraints.txt
-BIN := .venv/bin
+VENV := .venv
+BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
-.PHONY: run test test-all lint types format reports benchmark clean
+# Pythons without a wheel of PyBullet, the newest first; and what depends on Python and the engine.
+NEWER := $(foreach v,3.13 3.12,python$(v) $(wildcard $(HOME)/.pyenv/versions/$(v).*/bin/python$(v)))
+NEUTRAL := tests/simulate tests/servos tests/robots tests/metrics tests/search \
+  $(addprefix tests/test_,cli.py cli_mistakes.py dispatch.py engine_choice.py executors.py \
+  experiment.py missing_engine.py own_code.py plan.py plugins.py run.py store.py systems.py)
+
+.PHONY: run test test-all test-neutral lint types format reports benchmark clean
 .DEFAULT_GOAL := run
 
-run: .venv/installed  ## simulate the quick experiment and write its report
+run: $(VENV)/installed  ## simulate the quick experiment and write its report
 	@$(BIN)/gaitlab run eros_quick
 	@$(BIN)/gaitlab report eros_quick
 
-test: .venv/installed-dev  ## run the tests, but for the long proofs
-	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
+test: $(VENV)/installed-dev  ## run the tests, but for the long proofs
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m "not long" $(TESTS)
 
-test-all: .venv/installed-dev  ## run all tests
+test-all: $(VENV)/installed-dev  ## run all tests
 	@$(BIN)/python -m pytest -n auto --dist worksteal
 
-lint: .venv/installed-dev  ## style of the code
+test-neutral:  ## run what depends on it without PyBullet, on the newest Python
+	@for python in $(NEWER); do \
+	  if "$$python" -c 'import venv' 2>/dev/null; then \
+	    exec $(MAKE) --no-print-directory VENV=.venv-newer PYTHON="$$python" \
+	      TESTS="$(NEUTRAL)" test; \
+	  fi; \
+	done; \
+	echo "test-neutral: no Python 3.13 or 3.12 here, so nothing is run without PyBullet" >&2
+
+lint: $(VENV)/installed-dev  ## style of the code
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 
-types: .venv/installed-dev  ## types of the code
+types: $(VENV)/installed-dev  ## types of the code
 	@$(BIN)/mypy
 
-format: .venv/installed-dev  ## put the style right
+format: $(VENV)/installed-dev  ## put the style right
 	@$(BIN)/ruff check --fix .
 	@$(BIN)/ruff format .
 
-reports: .venv/installed  ## make the published reports again, in about an hour
+reports: $(VENV)/installed  ## make the published reports again, in about an hour
 	@$(BIN)/gaitlab run eros_quick && $(BIN)/gaitlab report eros_quick
 	@$(BIN)/gaitlab run eros_table7 && $(BIN)/gaitlab run eros_table8
 	@$(BIN)/gaitlab report eros_table7 eros_table8
 	@for paper in eros flow biped nao bioloid; do $(BIN)/gaitlab audit $$paper || exit; done
 
-benchmark: .venv/installed-dev  ## measure speed and size on this machine
+benchmark: $(VENV)/installed-dev  ## measure speed and size on this machine
 	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
 
 clean:  ## remove what this file has set up; results and reports stay
-	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf .venv .venv-newer .pytest_cache .hypothesis .mypy_cache .ruff_cache
 
-.venv/installed: $(NEEDS) | .venv/bin/python
-	@echo "installing gaitlab into .venv, once" >&2
+$(VENV)/installed: $(NEEDS) | $(VENV)/bin/python
+	@echo "installing gaitlab into $(VENV), once" >&2
 	@$(PIP) hatchling editables
-	@$(PIP) --no-build-isolation -e .
+	@$(PIP) --no-build-isolation -e '.[mujoco]'
 	@touch $@
 
-.venv/installed-dev: $(NEEDS) | .venv/bin/python
-	@echo "installing gaitlab and its development tools into .venv, once" >&2
+$(VENV)/installed-dev: $(NEEDS) | $(VENV)/bin/python
+	@echo "installing gaitlab and its development tools into $(VENV), once" >&2
 	@$(PIP) hatchling editables
 	@$(PIP) --no-build-isolation -e '.[dev]'
-	@touch .venv/installed $@
+	@touch $(VENV)/installed $@
 
-.venv/bin/python:
+$(VENV)/bin/python:
 	@for python in $(PYTHON) python3.11 python3; do \
 	  if "$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
-	    exec "$$python" -m venv .venv; \
+	    exec "$$python" -m venv $(VENV); \
 	  fi; \
 	done; \
 	echo "Python 3.11 or newer is needed, 3.11 best. Install it, or name it: make PYTHON=/path/to/python3.11" >&2; \

@@ -71,6 +71,13 @@ class WrongValue(GaitlabError):
     exit_code = 3
 
 
+class NoEngine(WrongValue):
+    """A physics engine was asked for that is not installed, or of another version than is known.
+
+    No trial is to blame: it stays undone.
+    """
+
+
 class UsageError(GaitlabError):
     """A command was called in a way that cannot be carried out."""
 

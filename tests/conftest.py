@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Generator
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from gaitlab.errors import NoEngine
 
 # No deadline: a busy machine is no failure. Derandomised: the same commit gives the same verdict.
 settings.register_profile("gaitlab", deadline=None, derandomize=True)
@@ -16,6 +20,7 @@ settings.load_profile("gaitlab")
 
 DISK = tempfile.gettempdir()
 MEMORY = Path("/dev/shm")
+BULLET = ("pybullet", "pybullet_utils")
 ROOM = 1 << 30  # bytes; a container may have a few megabytes there
 
 
@@ -29,6 +34,36 @@ def _has_room() -> bool:
 # A store waits for the disk at every trial, thousands of times in a test run.
 if _has_room():
     tempfile.tempdir = str(MEMORY)
+
+
+# Where PyBullet is not installed, what asks for it is skipped and says so: a module or a test that
+# imports it or walks in it, found by the error, and a test marked `bullet`, which hears otherwise.
+NO_BULLET = (__file__, 1, "Skipped: PyBullet is not installed")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    report = yield
+    if report.failed and "ModuleNotFoundError: No module named 'pybullet" in str(report.longrepr):
+        report.outcome, report.longrepr = "skipped", NO_BULLET
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    call: pytest.CallInfo[None],
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    error = call.excinfo.value if call.excinfo else None
+    asks = isinstance(error, NoEngine) or getattr(error, "name", "") in BULLET
+    if report.failed and asks and find_spec("pybullet") is None:
+        report.outcome, report.longrepr = "skipped", NO_BULLET
+    return report
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if item.get_closest_marker("bullet") and find_spec("pybullet") is None:
+        pytest.skip("PyBullet is not installed")
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import re
@@ -68,9 +69,9 @@ def test_every_command_has_a_sentence_and_an_example_that_names_it() -> None:
     names = {info.name or info.callback.__name__: info for info in app.registered_commands}
     assert set(names) >= {"run", "report", "list", "show", "status", "query"}
     for name, info in names.items():
-        help_text = info.callback.__doc__ or ""
+        help_text = inspect.getdoc(info.callback) or ""
         assert help_text.splitlines()[0].endswith("."), name
-        assert f"Example:\n      gaitlab {name}" in help_text, name
+        assert f"Example:\n  gaitlab {name}" in help_text, name
 
 
 def test_no_summary_of_a_command_is_cut_off_at_eighty_columns() -> None:

@@ -68,7 +68,7 @@ def own_gait(head: str) -> str:
         (("show", "gras"), 3, "`gaitlab list` gives every name"),
         (("show", "abc"), 3, "at least 4 of its first digits"),
         (("show", "ABCDEF"), 3, "no trial starts with abcdef"),
-        (("run", "loop.yaml"), 3, "Symlink loop"),
+        (("run", "loop.yaml"), 3, "levels of symbolic links"),
         (("run", "none.yaml"), 3, "there is no file"),
         (("run", f"{'n' * 300}.yaml"), 3, "File name too long"),
         (("show", f"{'n' * 300}.py"), 3, "File name too long"),

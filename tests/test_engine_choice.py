@@ -26,6 +26,7 @@ def engines_of(experiment) -> set[str]:
     return {planned.trial.engine.name for planned in plan(experiment).trials()}
 
 
+@pytest.mark.bullet
 def test_a_trial_of_the_default_engine_keeps_its_name_and_another_engine_has_another() -> None:
     named = load_experiment("eros_quick", ["seeds=2", "engine.name=bullet"])
     other = load_experiment("eros_quick", ["seeds=2", "engine.name=mujoco"])

@@ -21,6 +21,7 @@ def noted(key: str) -> str:
     return found[1]
 
 
+@pytest.mark.bullet  # the digest is that of the reference
 def test_every_number_of_the_frozen_prediction_is_the_one_noted() -> None:
     assert load_experiment(FROZEN).digest == noted("frozen digest")
     assert str(PHYSICS_VERSION) == noted("physics version")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,7 @@ READ = {
     "os": "import os; return float(os.read(os.open(HERE / 'lift.csv', os.O_RDONLY), 99))",
     "sqlite": (
         "from sqlite3 import connect; base = connect(HERE / 'l.db'); "
-        "return base.execute('select * from t').fetchone()[0]"
+        "found = base.execute('select * from t').fetchone()[0]; base.close(); return found"
     ),
     "threads": (
         "from concurrent.futures import ThreadPoolExecutor; "
@@ -135,7 +136,7 @@ def furnish(folder: Path, lift: float) -> None:
         (folder / "link.csv").symlink_to(folder.parent / "linked.csv")
     np.save(folder / "lift.npy", lift)
     (folder / "l.db").unlink(missing_ok=True)
-    with sqlite3.connect(folder / "l.db") as database:
+    with closing(sqlite3.connect(folder / "l.db")) as database:
         database.execute(f"create table t as select {lift} as lift")
     table = """\
 from pathlib import Path

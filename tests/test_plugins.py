@@ -119,7 +119,7 @@ def test_links_that_lead_nowhere_are_refused_and_say_so(tmp_path: Path) -> None:
     (tmp_path / "loop.yaml").symlink_to("loop.yaml")
     (tmp_path / "gone.yaml").symlink_to("deleted")
     for name, words in (
-        ("loop", "Symlink loop"),
+        ("loop", "levels of symbolic links"),
         ("gone", "there is no file"),
         ("x" * 300, "long"),
     ):

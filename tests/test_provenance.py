@@ -75,11 +75,6 @@ def test_another_version_of_a_library_is_another_code(monkeypatch: pytest.Monkey
     before, version = provenance.code_digest.__wrapped__(), provenance._version
     for library in ("numpy", "numba", "pybullet"):
         with monkeypatch.context() as patch:
-            patch.setattr(
-                provenance,
-                "_version",
-                lambda of, library=library: (
-                    version(of) + "0" * (of == library) if version(of) else None
-                ),
-            )
+            another = lambda of, library=library: f"{version(of)}{'0' * (of == library)}"  # noqa: E731
+            patch.setattr(provenance, "_version", another)
             assert provenance.code_digest.__wrapped__() != before, library

@@ -23,7 +23,8 @@ WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 CONTRIB = ROOT / "contrib"
 DATA = Path(__file__).parent / "data"
 COMMANDS = {info.name or info.callback.__name__ for info in app.registered_commands}
-TARGETS = set(re.findall(r"^([\w./-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+MAKEFILE = (ROOT / "Makefile").read_text().replace("$(VENV)", ".venv")
+TARGETS = set(re.findall(r"^([\w./-]+):", MAKEFILE, re.MULTILINE))
 
 
 def read(workflow: Path) -> dict:

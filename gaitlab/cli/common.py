@@ -7,6 +7,7 @@ import os
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,18 @@ def progress_of(quiet: bool, json_lines: bool) -> Progress:
     from gaitlab.cli.progress import JsonLines, progress
 
     return JsonLines() if json_lines else progress(quiet=quiet)
+
+
+@cache
+def tell_engine() -> None:
+    """Say once what walks in place of the reference engine where that is not installed."""
+    from gaitlab.simulation.engines import ENGINES, REFERENCE, default_engine
+
+    if (engine := default_engine()) != REFERENCE:
+        tell(
+            f"{ENGINES[REFERENCE].package} is not installed here: what names no engine walks in "
+            f"{engine}"
+        )
 
 
 def worker_count(jobs: int | None) -> int:

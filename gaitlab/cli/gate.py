@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from gaitlab.cli.common import INTERRUPTED, worker_count
+from gaitlab.cli.common import INTERRUPTED, tell_engine, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     Engine,
@@ -80,6 +80,7 @@ def check(
     _refuse_folder(summary, "--summary")
     with other_output_on_stderr():
         wanted = load_experiment(experiment, with_engine(settings, engine), seeds)
+    tell_engine()
     before = None
     try:
         before = read_baseline(baseline)

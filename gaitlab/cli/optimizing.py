@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from gaitlab.cli.common import INTERRUPTED, worker_count
+from gaitlab.cli.common import INTERRUPTED, tell_engine, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     Engine,
@@ -134,6 +134,7 @@ def optimize(
     with other_output_on_stderr():
         experiment = load_experiment(study, given)
     study_of(experiment)
+    tell_engine()
     experiment = random_sibling(experiment) if baseline else experiment
     results, workers = Store(store), worker_count(jobs)
     if dry_run:

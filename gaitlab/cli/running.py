@@ -16,6 +16,7 @@ from gaitlab.cli.common import (
     refuse_large,
     refuse_quick,
     summary_text,
+    tell_engine,
     tell_reasons,
     worker_count,
 )
@@ -88,6 +89,7 @@ def run(
 
         with other_output_on_stderr():
             whole = load_reproduction(experiment, quick=quick, settings=settings, seeds=seeds)
+        tell_engine()
         again = arguments_of(experiment, settings, seeds, store, quick=quick)
         options = RunOptions(
             workers=workers,
@@ -103,6 +105,7 @@ def run(
     with other_output_on_stderr():
         wanted = load_experiment(experiment, settings, seeds)
     refuse_study(wanted)
+    tell_engine()
     planned = plan(wanted)
     refuse_large(cost(planned, planned.size, workers), yes)
     if dry_run:

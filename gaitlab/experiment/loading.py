@@ -14,7 +14,7 @@ from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_depends, read_parts
 from gaitlab.experiment.axes import Axis, VariedColumn, first_values, read_axes, varied_columns
 from gaitlab.experiment.design import Design, box_paths, low_values, read_design
-from gaitlab.experiment.experiment import NAME, WALKER, Experiment, digest, form_of
+from gaitlab.experiment.experiment import ENGINE, NAME, WALKER, Experiment, digest, form_of
 from gaitlab.experiment.layout import read_layout
 from gaitlab.experiment.parts import Parts
 from gaitlab.experiment.reading import DEEPEST_INCLUDE, apply_setting, read_tree, walker_trees
@@ -22,8 +22,11 @@ from gaitlab.experiment.schema import ReportSettings, Sections
 from gaitlab.experiment.study import Study
 from gaitlab.experiment.study_reading import read_study, refuse_beside_study, searched_values
 from gaitlab.plugins import forget_user_code, label, locate, names
+from gaitlab.simulation.engines import default_engine
 from gaitlab.simulation.trial import Plugin
 
+# What says which engine is meant: its name, or a setting that the reference alone has.
+ENGINE_SAID = {ENGINE, "engine.solver_iterations"}
 REPRODUCTION = "reproduction"  # key of a file that is no experiment
 STUDY = re.compile(r"^study\s*:", re.MULTILINE)
 INCLUDE = re.compile(r"""^include\s*:\s*["']?([^\s"'#]+)""", re.MULTILINE)
@@ -189,6 +192,9 @@ def _walk(tree: Node) -> _Walk:
         parts = read_parts(sections, given)
     except FileError as error:
         raise FileError([*error.problems, *_study_problems(sections)]) from error
+    said = tree.mapping["engine"].mapping if "engine" in tree.mapping else {}
+    if not ENGINE_SAID & {*(f"engine.{key}" for key in said), *given}:
+        parts = replace(parts, engine=replace(parts.engine, name=default_engine()))
     study = read_study(sections.study, parts, _seeds(sections.seeds))
     axes, design = _varied(sections, parts, columns)
     parts = _with_all_files(sections, parts, axes, study)

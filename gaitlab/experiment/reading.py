@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from gaitlab.documents import Node, load, merged, parse
@@ -63,10 +65,11 @@ def _included(path: Path, include: Node, chain: tuple[Path, ...]) -> tuple[Path,
 
 def _resolved(file: Path, include: Node) -> Path:
     try:
-        base = file.resolve()
-        base.is_file()
+        base = Path(os.path.realpath(file))
+        with suppress(FileNotFoundError, NotADirectoryError):
+            os.stat(base)
         return base
-    except (OSError, RuntimeError, ValueError) as error:
+    except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         message = f"include: {str(file)[:200]!r} leads nowhere: {reason}; give a .yaml file"
         raise FileError([include.problem(message)]) from error

@@ -12,7 +12,9 @@ import dataclasses
 import difflib
 import hashlib
 import importlib
+import os
 import re
+import stat
 import traceback
 from collections.abc import Iterable
 from functools import cache
@@ -193,13 +195,15 @@ def _own_file(kind: Kind, name: str, folder: Path) -> Path:
 def _what_is_there(folder: Path, name: str) -> str:
     """`a file`, `a directory` or in words why it is neither."""
     try:
-        file = (folder / expanduser(name)).resolve()
-        if file.is_dir():
+        file = os.path.realpath(folder / expanduser(name))
+        mode = os.stat(file).st_mode
+        if stat.S_ISDIR(mode):
             return "a directory"
-        return "a file" if file.is_file() else "no file"
-    except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        return f"no way ({reason}) to"
+        return "a file" if stat.S_ISREG(mode) else "no file"
+    except (FileNotFoundError, NotADirectoryError):
+        return "no file"
+    except OSError as error:
+        return f"no way ({error.strerror}) to"
 
 
 def is_shipped(kind: Kind, path: Path) -> bool:

@@ -9,6 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
@@ -170,6 +171,8 @@ def play(shown: Recorded, clip: Clip) -> None:
     Raises:
         NoScreen: If no window can be opened here.
     """
+    if find_spec("pybullet") is None:
+        raise NoScreen(f"the window is PyBullet's, which is not installed here. {WITHOUT}.")
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise NoScreen(f"no screen: DISPLAY is not set. {WITHOUT}.")
     # Bullet ends the process that cannot open a window, so it is one of its own.

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gaitlab.errors import Infeasible, StoreError, UnknownName
+from gaitlab.errors import Infeasible, NoEngine, StoreError, UnknownName
 from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
 from gaitlab.plugins import label
@@ -35,6 +35,7 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
         The record that was committed: `DONE`, `INFEASIBLE` or `FAILED`.
 
     Raises:
+        NoEngine: If its engine is not installed here.
         StoreError: If it could not be committed, or the store has vanished; the trial is not to
             blame.
         MemoryError: If there is not enough memory; the worker is to end, and the trial is run
@@ -83,7 +84,7 @@ def _outcome(trial: Mapping[str, Any]) -> _Outcome:
         outcome = _walked(made)
         made.require_complete()
         return outcome
-    except MemoryError:
+    except (MemoryError, NoEngine):
         raise
     except (Exception, SystemExit) as error:  # a user's own code may call sys.exit
         return _Outcome("FAILED", _reason(error))

@@ -52,7 +52,7 @@ def dispatch(
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
 
     Raises:
-        WrongValue: If an engine that it asks for is not installed.
+        NoEngine: If an engine that it asks for is not installed.
         StoreError: If the store is held by another run, cannot be written or has vanished.
         StoreFull: If there is no room; says how much the rest needs.
         KeyboardInterrupt: At the second Ctrl-C.

@@ -153,7 +153,7 @@ def optimize(
 
     Raises:
         UsageError: If the experiment is no study, or the sampler's library is missing.
-        WrongValue: If an engine that it asks for is not installed.
+        NoEngine: If an engine that it asks for is not installed.
         StoreError: If the store or the database cannot be used, or the database holds another
             study of this name.
         KeyboardInterrupt: At the second Ctrl-C.

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
-from gaitlab.errors import WrongValue
+from gaitlab.errors import NoEngine
 from gaitlab.model.settings import EngineName
 from gaitlab.simulation.engine import Engine
 
@@ -19,12 +21,14 @@ class EngineKind(NamedTuple):
         module: The module of its class.
         cls: The class, an `Engine`.
         package: What it imports, by the name it is imported by.
-        install: How to get that.
+        version: How a version of that begins that is known; empty for any.
+        install: How to get it.
     """
 
     module: str
     cls: str
     package: str
+    version: str
     install: str
 
 
@@ -33,15 +37,21 @@ ENGINES: dict[EngineName, EngineKind] = {
         "gaitlab.simulation.bullet.engine",
         "BulletEngine",
         "pybullet",
-        "`pip install pybullet`, which has wheels for Python 3.11 and older on Linux x86-64 alone",
+        "",
+        "`pip install pybullet` has wheels for Linux on x86-64 up to Python 3.11; elsewhere "
+        "`pip install 'gaitlab[mujoco]'` brings the engine mujoco, the default then",
     ),
     "mujoco": EngineKind(
         "gaitlab.simulation.mujoco.engine",
         "MujocoEngine",
         "mujoco",
+        "4.0.",
         "`pip install 'gaitlab[mujoco]'`",
     ),
 }
+
+
+REFERENCE: EngineName = "bullet"
 
 
 def engine_of(trial: Mapping[str, Any]) -> EngineName:
@@ -50,24 +60,45 @@ def engine_of(trial: Mapping[str, Any]) -> EngineName:
     return name
 
 
+def default_engine() -> EngineName:
+    """What simulates a trial whose file names no engine.
+
+    The reference where it is installed, else the first that is; the reference where none is.
+    """
+    installed = (name for name, kind in ENGINES.items() if find_spec(kind.package))
+    return next(installed, REFERENCE)
+
+
 def require_engine(name: EngineName) -> None:
-    """Refuse an engine whose package is not installed.
+    """Refuse an engine whose package is not installed, or is not of the version that is known.
 
     Raises:
-        WrongValue: Says how to install it.
+        NoEngine: Says how to install it.
     """
     kind = ENGINES[name]
     if find_spec(kind.package) is None:
-        raise WrongValue(
+        raise NoEngine(
             f"engine {name} needs {kind.package}, which is not installed: {kind.install}"
         )
+    if not (found := _version(kind.package)).startswith(kind.version):
+        raise NoEngine(
+            f"engine {name} needs {kind.package} {kind.version}x, found {found}: {kind.install}"
+        )
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "an unknown version"
 
 
 def engine_named(name: EngineName) -> type[Engine]:
     """The engine of that name.
 
     Raises:
-        WrongValue: If its package is not installed; says how to get it.
+        NoEngine: If its package is not installed; says how to get it.
     """
     require_engine(name)
     kind = ENGINES[name]

@@ -81,7 +81,7 @@ def _acquire(descriptor: int, path: Path) -> None:
             "Wait until it ends, or choose another folder with --store DIR."
         ) from error
     except OSError as error:
-        if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP):
+        if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP):
             raise unwritable(path, error) from error
         raise StoreError(
             f"{path}: this file system has no locks ({error.strerror}); "
