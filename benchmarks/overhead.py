@@ -95,7 +95,7 @@ def parts(trial: Trial, folder: Path) -> dict[str, Callable[[], object]]:
             reason="",
             trial=data,
             metrics=metrics,
-            provenance=provenance(0.0),
+            provenance=provenance(0.0, "bullet"),
         )
         store.commit(record, log)
 
