@@ -82,7 +82,8 @@ HARDNESS = 0.01  # 1/kg, R of a contact with what is hard
 FIRMNESS = 1e-3  # R of a joint's limit over the inverse of the inertia at it
 SHARE = 0.2  # of an overlap of what is hard that is made good in a step
 CREEP = 5e-4  # m/s, of a sole that a quarter of the robot's weight pushes with all its friction
-STIFFNESS, DAMPING = 1e5, 1e2  # N m/rad and N m s/rad, of belts, gears and a gantry that holds
+TIGHTNESS = 1e-4  # likewise of a belt, a gear and what a gantry holds
+STRENGTH = 1e4  # N m, of a gantry, more than any of these robots can ask for
 PARKED = 1e3  # m over the ground, where nothing meets anything
 
 
@@ -490,12 +491,12 @@ def _joint_rows(at: Places, robot: Carried, acting: Acting) -> tuple[int, int]:
                 bound[i] = robot.servos.limit[j]
             else:
                 angle = at.qpos[robot.position[robot.column_of[identity[i]]]]
-                softness[i] = 1.0 / (STIFFNESS * h * h + DAMPING * h)
-                wanted[i] = -softness[i] * ((STIFFNESS * h + DAMPING) * v + STIFFNESS * angle)
-                bound[i] = STIFFNESS
+                softness[i] = TIGHTNESS * diagonal[i]
+                wanted[i] = -v / h - SHARE * angle / (h * h)
+                bound[i] = STRENGTH
         elif kind[i] == EQUALITY:
-            softness[i] = 1.0 / (STIFFNESS * h * h + DAMPING * h)
-            wanted[i] = -softness[i] * ((STIFFNESS * h + DAMPING) * v + STIFFNESS * error[i])
+            softness[i] = TIGHTNESS * diagonal[i]
+            wanted[i] = -v / h - SHARE * error[i] / (h * h)
         elif kind[i] == JOINT_LIMIT:
             softness[i] = FIRMNESS * diagonal[i]
             wanted[i] = -v / h - SHARE * error[i] / (h * h)
