@@ -21,6 +21,7 @@ from gaitlab.simulation.ending import Ending
 from gaitlab.simulation.engine import Vector, replicate
 from gaitlab.simulation.mujoco.loop import (
     CREEP,
+    HARDNESS,
     LAYER,
     PILE,
     RIGID,
@@ -110,6 +111,7 @@ class Engine:
             top=surface.height if layer else 0.0,
             spring=spring,
             friction=drawn.friction,
+            hard=HARDNESS / robot.tree.mass,
             slip=4.0 * CREEP / (dt * drawn.friction * weight),
             dt=dt,
             steps=steps,

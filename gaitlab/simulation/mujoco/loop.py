@@ -30,7 +30,7 @@ from gaitlab.model.compiled import njit
 from gaitlab.model.soles import SUPPORT_RADIUS
 from gaitlab.servos.law import ServoRow, headed_speed
 from gaitlab.simulation.ending import GOES_ON, ended
-from gaitlab.simulation.mujoco.model import HARD, LEFT, LINK, MARGIN, RIGHT, SOFT, SPHERES
+from gaitlab.simulation.mujoco.model import HARD, LEFT, LINK, MARGIN, SOFT, SPHERES
 from gaitlab.simulation.mujoco.structs import (
     ACCELERATION,
     AREF,
@@ -78,10 +78,10 @@ from gaitlab.surfaces.press import press
 RIGID, LAYER, PILE = range(3)  # what is under the soles
 
 EQUALITY, DRY_FRICTION, JOINT_LIMIT = 0, 1, 3  # of MuJoCo's kinds of rows
-HARDNESS = 0.01  # 1/kg, R of a contact with what is hard
+HARDNESS = 0.04  # R of a contact with what is hard over the inverse of the robot's mass
 FIRMNESS = 1e-3  # R of a joint's limit over the inverse of the inertia at it
 SHARE = 0.2  # of an overlap of what is hard that is made good in a step
-CREEP = 5e-4  # m/s, of a sole that a quarter of the robot's weight pushes with all its friction
+CREEP = 1e-3  # m/s, of a sole that a quarter of the robot's weight pushes with all its friction
 TIGHTNESS = 1e-4  # likewise of a belt, a gear and what a gantry holds
 STRENGTH = 1e4  # N m, of a gantry, more than any of these robots can ask for
 PARKED = 1e3  # m over the ground, where nothing meets anything
@@ -145,7 +145,8 @@ class Carried(NamedTuple):
         top: Height of a layer, in [m].
         spring: Its stiffness and damping per support point, in [N/m] and [N s/m]. Shape (2,).
         friction: Between the soles and the ground.
-        slip: R of friction, in [1/kg].
+        hard: R of a contact with what is hard, in [1/kg].
+        slip: R of friction at most, in [1/kg].
         dt: Duration of a step, in [s].
         steps: Steps in a tick.
     """
@@ -166,6 +167,7 @@ class Carried(NamedTuple):
     top: float
     spring: np.ndarray
     friction: float
+    hard: float
     slip: float
     dt: float
     steps: int
@@ -531,7 +533,7 @@ def _contact_rows(at: Places, robot: Carried, acting: Acting) -> None:
                 normal = 1.0 / (k * h * h + c * h)
                 wanted[i] = -normal * ((k * h + c) * velocity[i] + k * r)
             else:
-                normal = HARDNESS
+                normal = robot.hard
                 wanted[i] = -velocity[i] / h - SHARE * r / (h * h)
             if r > 0.0:
                 wanted[i] = -(velocity[i] + r / h) / h
@@ -559,7 +561,7 @@ def _contacts(
         i = ints(contact + at.offsets[C_ROW], 1)[0]
         geoms = ints(contact + at.offsets[C_GEOM], 2)
         ground, other = robot.kind[geoms[0]], robot.kind[geoms[1]]
-        if i >= 0 and (ground == HARD or ground == SOFT):
+        if i >= 0 and ground <= SOFT:
             r = floats(contact + at.offsets[C_DIST], 1)[0]
             if other == LINK:
                 touches = touches or r < 0.0 or found[i] > 0.0

@@ -28,7 +28,7 @@ from gaitlab.model.soles import SUPPORT_RADIUS
 MASS_TOLERANCE = 1e-6  # kg; MuJoCo has to carry exactly the mass that the robot states
 MARGIN = 5e-4  # m, from which on what comes near is a contact that may close the gap and no more
 SPHERES = 4  # of a foot on one ground
-TOLERANCE = 1e-8  # of the solver
+TOLERANCE = 1e-6  # of the solver
 ROOM = "8M"  # of memory for contacts and rows
 
 # What a geom is.
@@ -136,7 +136,7 @@ def _mjcf(robot: Robot, joints: np.ndarray, dt: float) -> str:
     model = Element("mujoco")
     SubElement(model, "compiler", angle="radian", autolimits="true")
     option = SubElement(model, "option", timestep=number(dt), gravity=numbers((0, 0, -GRAVITY)))
-    option.attrib |= {"cone": "elliptic", "solver": "Newton", "integrator": "Euler"}
+    option.attrib |= {"cone": "elliptic", "solver": "Newton", "jacobian": "sparse"}
     option.set("tolerance", number(TOLERANCE))
     # Islands keep copies of the rows, which would not be changed with them.
     off = {"island": "disable", "sensor": "disable", "midphase": "disable"}

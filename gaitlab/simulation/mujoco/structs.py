@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from llvmlite import ir
 from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 from numba import carray, types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
 from gaitlab.errors import WrongValue
@@ -197,22 +197,20 @@ def _call_rne(typing: Any, function: Any, model: Any, data: Any, flag: Any, resu
 
 
 def _function(args: Any) -> Any:
-    """The C type of a function that takes such arguments and returns nothing; pointers are words."""
-    from llvmlite import ir
-
+    """The C type of a function of such arguments that returns nothing; pointers are words."""
     return ir.FunctionType(ir.VoidType(), [arg.type for arg in args])
 
 
 @njit
 def stage(function: int, model: int, data: int) -> None:
     """Call one of MuJoCo's stages by their addresses."""
-    _call_stage(function, model, data)
+    _call_stage(function, model, data)  # type: ignore[call-arg]
 
 
 @njit
 def bias(function: int, model: int, data: int, result: int) -> None:
     """Call `mj_rne` for what gravity and velocity ask of the joints."""
-    _call_rne(function, model, data, np.int32(0), result)
+    _call_rne(function, model, data, np.int32(0), result)  # type: ignore[call-arg]
 
 
 @njit
