@@ -9,9 +9,9 @@ in every step, once for the plane of the pile and once for the hard base.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -20,7 +20,7 @@ import numpy as np
 
 from gaitlab.errors import WrongValue
 from gaitlab.log import GRAVITY
-from gaitlab.model import GANTRY_PITCH, Robot, gantry_of, self_collision_of
+from gaitlab.model import GANTRY_PITCH, Gantry, Robot, gantry_of, self_collision_of
 from gaitlab.model.clearance import links_apart, lower_legs, shape_of
 from gaitlab.model.mjcf import add_bodies, add_couplings, number, numbers
 from gaitlab.model.soles import SUPPORT_RADIUS
@@ -29,6 +29,7 @@ MASS_TOLERANCE = 1e-6  # kg; MuJoCo has to carry exactly the mass that the robot
 MARGIN = 5e-4  # m, from which on what comes near is a contact that may close the gap and no more
 SPHERES = 4  # of a foot on one ground
 TOLERANCE = 1e-6  # of the solver
+PARKED = 1e3  # m below the ground or over it, where nothing meets anything
 ROOM = "8M"  # of memory for contacts and rows
 
 # What a geom is.
@@ -42,8 +43,7 @@ class Built(NamedTuple):
         model: MuJoCo's own.
         position: Index into the positions of each joint of the log. Shape (joints,).
         velocity: Likewise of the velocities. Shape (joints,).
-        driven: Which joints of the log have a servo, by the servo. Shape (servos,).
-        pitch: Index into the velocities of the joint that a level gantry holds, or -1.
+        pitch: Whether a gantry leaves the trunk `free` to pitch or has it `held`; None without one.
         trunk: Index of the body of the trunk.
         feet: Of the feet. Shape (2,).
         kind: HARD and so on of each geom. Shape (geoms,).
@@ -54,8 +54,7 @@ class Built(NamedTuple):
     model: mujoco.MjModel
     position: np.ndarray
     velocity: np.ndarray
-    driven: np.ndarray
-    pitch: int
+    pitch: Literal["free", "held"] | None
     trunk: int
     feet: np.ndarray
     kind: np.ndarray
@@ -74,11 +73,15 @@ def built(robot: Robot, joints: np.ndarray, dt: float) -> Built:
     Raises:
         WrongValue: If MuJoCo cannot carry a part of it; says which.
     """
-    tree = robot.tree
-    links = tuple(link.name for link in tree.links)
-    names = tuple((joint.name, joint.servo is not None) for joint in tree.joints)
+    rig = () if gantry_of(robot) == "none" else (GANTRY_PITCH,)
     return _compiled(
-        _mjcf(robot, joints, dt), robot.name, tree.mass, links, names, robot.feet, gantry_of(robot)
+        _mjcf(robot, joints, dt),
+        robot.name,
+        robot.tree.mass,
+        robot.tree.links[0].name,
+        robot.feet,
+        (*(joint.name for joint in robot.tree.joints), *rig),
+        gantry_of(robot),
     )
 
 
@@ -87,10 +90,10 @@ def _compiled(
     text: str,
     name: str,
     mass: float,
-    links: Sequence[str],
-    joints: Sequence[tuple[str, bool]],
+    trunk: str,
     feet: tuple[str, str],
-    gantry: str,
+    joints: tuple[str, ...],
+    gantry: Gantry,
 ) -> Built:
     try:
         model = mujoco.MjModel.from_xml_string(text)
@@ -100,15 +103,13 @@ def _compiled(
     weighs = float(np.sum(model.body_mass))
     if abs(weighs - mass) > MASS_TOLERANCE:
         raise WrongValue(f"MuJoCo loaded {weighs} kg of {name!r}, which has {mass} kg")
-    rig = () if gantry == "none" else (GANTRY_PITCH,)
-    found = [model.joint(joint) for joint in (*(joint for joint, _ in joints), *rig)]
+    found = [model.joint(joint) for joint in joints]
     return Built(
         model=model,
         position=np.array([int(joint.qposadr[0]) for joint in found]),
         velocity=np.array([int(joint.dofadr[0]) for joint in found]),
-        driven=np.flatnonzero([servo for _, servo in joints]),
-        pitch=int(found[-1].dofadr[0]) if gantry == "level" else -1,
-        trunk=int(model.body(links[0]).id),
+        pitch=_PITCH[gantry],
+        trunk=int(model.body(trunk).id),
         feet=np.array([int(model.body(foot).id) for foot in feet]),
         kind=np.array([_KINDS[model.geom(k).name.split(" ")[0]] for k in range(model.ngeom)]),
         planes=np.array([int(model.geom(f"soft {on}").id) for on in _PLANES]),
@@ -121,6 +122,11 @@ def _compiled(
     )
 
 
+_PITCH: dict[Gantry, Literal["free", "held"] | None] = {
+    "none": None,
+    "planar": "free",
+    "level": "held",
+}
 _KINDS = {"hard": HARD, "soft": SOFT, "left": LEFT, "right": RIGHT, "link": LINK}
 _PLANES = ("left", "right", "layer")
 _SIDES = ("left", "right")
@@ -143,8 +149,9 @@ def _mjcf(robot: Robot, joints: np.ndarray, dt: float) -> str:
     SubElement(option, "flag", off | {"autoreset": "disable"})
     SubElement(model, "size", memory=ROOM)
     world = SubElement(model, "worldbody")
-    for plane in ("hard base", *(f"soft {on}" for on in _PLANES)):
-        _add_geom(world, plane, type="plane", size="0 0 1")
+    _add_geom(world, "hard base", type="plane", size="0 0 1")
+    for on in _PLANES:
+        _add_geom(world, f"soft {on}", type="plane", size="0 0 1", pos=f"0 0 {-PARKED}")
     bodies = add_bodies(world, robot)
     for k, link in enumerate(robot.tree.links):
         shape = shape_of(robot, k)
