@@ -30,7 +30,7 @@ from gaitlab.simulation.mujoco.world import (
     Acting,
     Carried,
     Places,
-    Written,
+    TapeArrays,
     locate,
     read_trunk,
 )
@@ -45,7 +45,7 @@ _NONE, _TABLE = np.zeros(0), np.zeros((0, 3))
 NO_PILE = Pile(_NONE, _NONE, _NONE, 0.0, _TABLE, _TABLE, 0.0, _NONE, _TABLE, _TABLE)
 
 
-class Engine:
+class MujocoEngine:
     """A robot standing on a surface; arguments and methods as of the protocol."""
 
     def __init__(
@@ -78,7 +78,7 @@ class Engine:
             self._piles, self._footprints = lawn.piles, lawn.footprints
             self._put(start, lawn.settle([self._pose(foot) for foot in self._built.feet]))
 
-    def __enter__(self) -> Engine:
+    def __enter__(self) -> MujocoEngine:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -130,7 +130,7 @@ class Engine:
             self._force,
             ending.rule,
             ending.memory,
-            Written(
+            TapeArrays(
                 tape.trunk, tape.joints, tape.plough, tape.push, tape.body_touches, tape.points
             ),
             tape.length,

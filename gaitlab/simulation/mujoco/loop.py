@@ -36,7 +36,7 @@ from gaitlab.simulation.mujoco.structs import (
     stage,
     word,
 )
-from gaitlab.simulation.mujoco.world import Acting, Carried, Places, Written, locate, read_trunk
+from gaitlab.simulation.mujoco.world import Acting, Carried, Places, TapeArrays, locate, read_trunk
 from gaitlab.surfaces.ground import Footprint, Pile
 
 
@@ -51,7 +51,7 @@ def advance(
     force: tuple[float, float, float],
     rule: np.ndarray,
     memory: np.ndarray,
-    tape: Written,
+    tape: TapeArrays,
     first: int,
     used: int,
 ) -> tuple[int, int, int]:

@@ -122,7 +122,7 @@ class Acting(NamedTuple):
     normal: np.ndarray
 
 
-class Written(NamedTuple):
+class TapeArrays(NamedTuple):
     """The arrays of a tape, with its names and shapes."""
 
     trunk: np.ndarray
