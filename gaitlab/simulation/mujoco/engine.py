@@ -126,7 +126,7 @@ class MujocoEngine:
             self._piles,
             self._footprints,
             self._acting,
-            self._latency.arriving(sent),
+            np.ascontiguousarray(self._latency.arriving(sent)),
             self._force,
             ending.rule,
             ending.memory,
