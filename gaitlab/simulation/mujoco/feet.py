@@ -18,6 +18,7 @@ from gaitlab.simulation.mujoco.world import LAYER, PILE, Acting, Carried, Places
 from gaitlab.surfaces.ground import Footprint, Pile
 from gaitlab.surfaces.press import press
 
+NEAR = 5e-4  # m, by which supports that touch nothing yet may be over the lowest to count
 LINKS = 2  # of the soft planes, the one under all links but the feet
 _UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
@@ -88,7 +89,7 @@ def _park(at: Places, spheres: np.ndarray, first: int) -> None:
 def _carry(at: Places, robot: Carried, acting: Acting, side: int, ground: int) -> float:
     """Put the spheres of a foot where they carry what its supports do on the plane of `acting`.
 
-    Those carry that overlap; if none does, those that are near.
+    Those carry that overlap; if none does, those that will.
 
     Returns:
         How many supports stand in each sphere.
@@ -107,12 +108,12 @@ def _carry(at: Places, robot: Carried, acting: Acting, side: int, ground: int) -
     base = -normal[3] - SUPPORT_RADIUS + up_z * (supports[0, 2] + SUPPORT_RADIUS)
     for i in range(3):
         base += normal[i] * at.xpos[body, i]
-    count, lowest = 0, MARGIN
+    lowest = MARGIN
     for i in range(len(supports)):
-        gap = base + up_x * supports[i, 0] + up_y * supports[i, 1]
-        if gap < 0.0 and lowest > 0.0:
-            count, lowest = 0, 0.0
-        if gap < lowest:
+        lowest = min(lowest, base + up_x * supports[i, 0] + up_y * supports[i, 1])
+    reach, count = 0.0 if lowest < 0.0 else min(lowest + NEAR, MARGIN), 0
+    for i in range(len(supports)):
+        if base + up_x * supports[i, 0] + up_y * supports[i, 1] < reach:
             acting.points[count, 0], acting.points[count, 1] = supports[i, 0], supports[i, 1]
             count += 1
     if count == 0:

@@ -26,7 +26,10 @@ from gaitlab.model.mjcf import add_bodies, add_couplings, number, numbers
 from gaitlab.model.soles import SUPPORT_RADIUS
 
 MASS_TOLERANCE = 1e-6  # kg; MuJoCo has to carry exactly the mass that the robot states
-MARGIN = 5e-4  # m, from which on what comes near is a contact that may close the gap and no more
+# m, from which on what comes near is a contact that may close the gap and no more: to hard ground
+# as far as a fall goes in a step, to soft ground as little as can be, as that gives way.
+MARGIN, SOFT_MARGIN, LINK_MARGIN = 0.01, 5e-4, 2e-3
+LIMIT_MARGIN = 0.05  # rad, likewise to a joint's limit
 SPHERES = 4  # of a foot on one ground
 TOLERANCE = 1e-6  # of the solver
 PARKED = 1e3  # m below the ground or over it, where nothing meets anything
@@ -160,11 +163,11 @@ def _mjcf(robot: Robot, joints: np.ndarray, dt: float) -> str:
     for side, foot in enumerate(robot.feet):
         for name in (_sphere(side, ground, k) for ground in range(2) for k in range(SPHERES)):
             _add_geom(bodies[foot], name, type="sphere", size=number(SUPPORT_RADIUS))
-    _let_hold(bodies, robot)
+    _make_rows(bodies, robot)
     contact = SubElement(model, "contact")
-    for first, second in _pairs(robot, joints):
+    for first, second, margin in _pairs(robot, joints):
         pair = SubElement(contact, "pair", geom1=first, geom2=second, condim="3")
-        pair.set("margin", number(MARGIN))
+        pair.set("margin", number(margin))
     add_couplings(model, robot)
     return ElementTree.tostring(model, encoding="unicode")
 
@@ -174,31 +177,34 @@ def _add_geom(body: Element, name: str, **attributes: str) -> None:
     SubElement(body, "geom", attributes, name=name, contype="0", conaffinity="0", mass="0")
 
 
-def _let_hold(bodies: dict[str, Element], robot: Robot) -> None:
-    """Give every joint with a motor a row, which there is where there is dry friction."""
+def _make_rows(bodies: dict[str, Element], robot: Robot) -> None:
+    """Give every joint with a motor a row, which there is where there is dry friction.
+
+    And one with limits another when it comes near them.
+    """
     held = {joint.name for joint in robot.tree.joints if joint.servo is not None}
     if gantry_of(robot) == "level":
         held.add(GANTRY_PITCH)
-    for body in bodies.values():
-        for joint in body.findall("joint"):
-            if joint.get("name") in held:
-                joint.set("frictionloss", "1")
+    for joint in (joint for body in bodies.values() for joint in body.findall("joint")):
+        joint.set("margin", number(LIMIT_MARGIN))
+        if joint.get("name") in held:
+            joint.set("frictionloss", "1")
 
 
-def _pairs(robot: Robot, joints: np.ndarray) -> Iterator[tuple[str, str]]:
-    """What meets what."""
+def _pairs(robot: Robot, joints: np.ndarray) -> Iterator[tuple[str, str, float]]:
+    """What meets what, and from which distance in [m] on."""
     for side in range(2):
         for k in range(SPHERES):
-            yield f"soft {_SIDES[side]}", _sphere(side, 0, k)
-            yield "hard base", _sphere(side, 1, k)
+            yield f"soft {_SIDES[side]}", _sphere(side, 0, k), SOFT_MARGIN
+            yield "hard base", _sphere(side, 1, k), MARGIN
     tree = robot.tree
     for k, link in enumerate(tree.links):
         if link.name not in robot.feet:
-            yield "hard base", f"link {k}"
-            yield "soft layer", f"link {k}"
+            yield "hard base", f"link {k}", MARGIN
+            yield "soft layer", f"link {k}", SOFT_MARGIN
     left, right = lower_legs(robot)
     meeting = {(min(a, b), max(a, b)) for a in left for b in right if a != b}
     if self_collision_of(robot):
         meeting |= set(links_apart(robot, joints))
     for a, b in sorted(meeting):
-        yield f"link {a}", f"link {b}"
+        yield f"link {a}", f"link {b}", LINK_MARGIN

@@ -100,7 +100,8 @@ def joint_rows(at: Places, robot: Carried, acting: Acting) -> tuple[int, int]:
             wanted[i] = -v / h - SHARE * error[i] / (h * h)
         elif kind[i] == JOINT_LIMIT:
             softness[i] = FIRMNESS * diagonal[i]
-            wanted[i] = -v / h - SHARE * error[i] / (h * h)
+            share = SHARE if error[i] < 0.0 else 1.0
+            wanted[i] = -v / h - share * error[i] / (h * h)
         else:
             break
         hardness[i] = 1.0 / softness[i]
