@@ -58,8 +58,10 @@ _C_TYPES: dict[str, Any] = {
     **{"mjtSize": ctypes.c_int64, "size_t": ctypes.c_size_t, "uintptr_t": ctypes.c_size_t},
     **{"uint64_t": ctypes.c_uint64, "int64_t": ctypes.c_int64},
 }
+# No two of its counts are equal.
 _PROBE = """<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/><body>
-<joint type="slide" axis="0 0 1" frictionloss="1"/><geom size="0.1"/><geom size="0.1" pos="1 0 0"/>
+<joint type="slide" axis="0 0 1" frictionloss="1"/><joint type="slide" axis="1 0 0"/>
+<geom size="0.1"/><geom size="0.1" pos="1 0 0"/><geom size="0.1" pos="2 0 0"/>
 </body></worldbody></mujoco>"""
 
 
@@ -146,7 +148,7 @@ def _check(offsets: np.ndarray) -> None:
     there[0] += int(offsets[C_DIST])
     fields = [getattr(data.contact, name) for name in _OF_CONTACT]
     right = (
-        counts == [data.ncon, data.nefc] == [2, 7]
+        counts == [data.ncon, data.nefc] == [3, 10]
         and there == [array.ctypes.data for array in arrays]
         and [first + int(at) for at in offsets[C_DIST:C_SIZE]] == [f.ctypes.data for f in fields]
         and all(f.strides[0] == offsets[C_SIZE] for f in fields)
