@@ -11,9 +11,14 @@ import pytest
 
 from gaitlab.errors import WrongValue
 from gaitlab.model import Link, Tree
+from gaitlab.simulation.ending import LOST
 from gaitlab.simulation.mujoco import structs
 from gaitlab.simulation.mujoco.model import built
+from gaitlab.simulation.simulate import engine_for
+from gaitlab.simulation.tape import Tape
+from tests.driven import endless
 from tests.ground.bench import Sled
+from tests.trials import trial
 
 
 @pytest.fixture(autouse=True)
@@ -76,3 +81,19 @@ def test_the_model_has_the_mass_of_the_robot_and_equal_robots_share_it() -> None
     assert float(one.model.body_mass.sum()) == pytest.approx(5.24)
     assert built(sled(mass=5.0), np.zeros(2), 0.002).model is one.model
     assert other.model is not one.model
+
+
+@pytest.mark.parametrize("dt", [0.002, 0.01])
+@pytest.mark.parametrize("ground", ["hard_floor", "grass_30mm"])
+@pytest.mark.parametrize("force", [1e9, 1e15, 1e300, float("nan")])
+def test_numbers_that_run_away_end_a_trial_as_lost(
+    tmp_path, monkeypatch, ground: str, force: float, dt: float
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    walk = trial(ground, engine={"name": "mujoco", "dt": dt})
+    with engine_for(walk, walk.gait.feet(np.zeros(1))) as engine:
+        tape = Tape(200, 20)
+        engine.pull((force, 0.0, force))
+        assert engine.advance(np.zeros((200, 20)), tape, endless()) == LOST
+    assert 0 < tape.length < 200
+    assert list(tmp_path.iterdir()) == []  # MuJoCo leaves no log of its own

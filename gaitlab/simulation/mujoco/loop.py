@@ -7,8 +7,6 @@ moves the robot.
 
 from __future__ import annotations
 
-from math import isfinite
-
 import numpy as np
 
 from gaitlab.model.compiled import njit
@@ -38,6 +36,8 @@ from gaitlab.simulation.mujoco.structs import (
 )
 from gaitlab.simulation.mujoco.world import Acting, Carried, Places, TapeArrays, locate, read_trunk
 from gaitlab.surfaces.ground import Footprint, Pile
+
+RUNAWAY = 1e6  # sum of all positions and velocities, in SI units, of what is no robot any more
 
 
 @njit
@@ -77,7 +77,7 @@ def advance(
     code, row = GOES_ON, first
     while row < first + len(due) // robot.steps and code == GOES_ON:
         acting.torque[:] = 0.0
-        touches = False
+        touches, most = False, 0.0
         for k in range(robot.steps):
             for i in range(3):
                 at.applied[robot.trunk, i] = force[i]
@@ -91,17 +91,18 @@ def advance(
             if k == robot.steps - 1:
                 touches, used = write_contacts(at, robot, tape.points, row, used)
             stage(at.calls[EULER], at.model, at.data)
+            most = np.sum(np.abs(at.qpos)) + np.sum(np.abs(at.qvel))
+            if not most < RUNAWAY:
+                break
             locate(at)
-        whole = 0.0
         for j in range(len(robot.position)):
             tape.joints[row, 0, j] = at.qpos[robot.position[j]]
             tape.joints[row, 1, j] = at.qvel[robot.velocity[j]]
             tape.joints[row, 2, j] = acting.torque[j]
-            whole += tape.joints[row, 0, j] + tape.joints[row, 1, j]
         tape.plough[row], tape.push[row] = acting.plough, acting.push
         tape.body_touches[row] = touches
         read_trunk(at, robot.trunk, tape.trunk[row])
-        if not isfinite(whole):
+        if not most < RUNAWAY:
             tape.trunk[row] = np.nan
         code = ended(rule, memory, tape.trunk[row], touches)
         row += 1
