@@ -140,9 +140,9 @@ def contact_rows(at: Places, robot: Carried, acting: Acting) -> None:
             wanted[i] -= robot.friction * hypot(velocity[i + 1], velocity[i + 2]) / h
             sideways = min(robot.slip, normal)
             softness[i], hardness[i] = normal, 1.0 / normal
-            for k in range(1, 3):
-                softness[i + k], hardness[i + k] = sideways, 1.0 / sideways
-                wanted[i + k] = -velocity[i + k] / h
+            for j in (i + 1, i + 2):
+                softness[j], hardness[j] = sideways, 1.0 / sideways
+                wanted[j] = -velocity[j] / h
             friction = floats(contact + at.offsets[C_FRICTION], 2)
             friction[0], friction[1] = robot.friction, robot.friction
             floats(contact + at.offsets[C_MU], 1)[0] = robot.friction * sqrt(sideways / normal)

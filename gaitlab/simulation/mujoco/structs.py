@@ -2,9 +2,11 @@
 
 Constraint rows are made by `mj_makeConstraint`, given their physics by us and solved by
 `mj_fwdConstraint`, every tick. Nothing public does that without Python in between: a control
-callback of `mj_step` comes at the right moment but is handed the same raw structs, and a call
-through Python costs more than the stage that it calls. So functions are called by address, and rows
-and contacts, which lie elsewhere after every tick, are found through the pointers in `mjData`.
+callback of `mj_step` comes at the right moment but is handed the same raw structs. The stages
+called from Python with the barest change of rows, without servos, ground, record and fall rule,
+take five sixths of the time of the whole tick that is compiled here. So functions are called by
+address, and rows and contacts, which lie elsewhere after every tick, are found through the pointers
+in `mjData`.
 
 The layout is that of `mujoco.introspect`, which is generated from the headers, and every number of
 it that is used here is compared with the public arrays before anything is simulated.
