@@ -1,22 +1,26 @@
-"""Gears between two flywheels in real Bullet, and a rig that holds what it says it holds."""
+"""Gears between two flywheels in every engine, and a rig that holds what it says it holds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
 from gaitlab.model import Box, Coupling, Gantry, Joint, Link, Tree, standing
-from gaitlab.model.settings import EngineSettings, Spread
+from gaitlab.model.settings import EngineName, EngineSettings, Spread
 from gaitlab.model.soles import Sole
-from gaitlab.simulation.bullet.engine import BulletEngine
+from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.engines import ENGINES, engine_named
 from gaitlab.surfaces.files import load_surface
 from tests.driven import hold
 from tests.ground.bench import LOCK, STILL
 
 POSE = np.zeros(2)
+INSTALLED = [name for name, kind in ENGINES.items() if find_spec(kind.package)]
+each_engine = pytest.mark.parametrize("engine", INSTALLED)
 
 
 @dataclass(frozen=True)
@@ -57,41 +61,42 @@ class Wheels:
         return 0.0
 
 
-def world(robot: Wheels, spread: Spread = STILL, gap: float = 5.0) -> BulletEngine:
+def world(name: EngineName, robot: Wheels, spread: Spread = STILL, gap: float = 5.0) -> Engine:
     """The wheels high above the floor, falling freely."""
-    return BulletEngine(
+    return engine_named(name)(
         robot, load_surface("hard_floor"), (LOCK,), start=standing(robot, POSE, gap=gap),
-        settings=EngineSettings(dt=0.001), spread=spread, seed=1,
+        settings=EngineSettings(name=name, dt=0.001), spread=spread, seed=1,
     )  # fmt: skip
 
 
-def run(robot: Wheels, ticks: int, target: float, spread: Spread = STILL) -> np.ndarray:
-    """Positions of the joints of each tick. Shape (ticks, joints)."""
-    with world(robot, spread) as engine:
-        return hold(engine, np.array([target, 0.0]), ticks).joints[:, 0]
-
-
+@each_engine
 @pytest.mark.parametrize("ratio", [-1.0, 1.0, 0.5, -2.0])
-def test_the_follower_turns_as_many_times_as_the_ratio_says(ratio: float) -> None:
-    turned = run(Wheels(ratio=ratio), 400, 0.8)
+def test_the_follower_turns_as_many_times_as_the_ratio_says(
+    ratio: float, engine: EngineName
+) -> None:
+    with world(engine, Wheels(ratio=ratio)) as made:
+        turned = hold(made, np.array([0.8, 0.0]), 400).joints[:, 0]
     assert turned[-1, 0] == pytest.approx(0.8, abs=0.02)
     np.testing.assert_allclose(turned[:, 1], ratio * turned[:, 0], atol=2e-3)
 
 
-def test_a_joint_without_a_servo_takes_no_servo_and_no_torque() -> None:
-    with world(Wheels()) as engine:
+@each_engine
+def test_a_joint_without_a_servo_takes_no_servo_and_no_torque(engine: EngineName) -> None:
+    with world(engine, Wheels()) as made:
         # What is sent to a follower reaches no motor.
-        assert not hold(engine, np.array([0.5, 99.0]), 50).joints[:, 2, 1].any()
+        assert not hold(made, np.array([0.5, 99.0]), 50).joints[:, 2, 1].any()
 
 
+@each_engine
 @pytest.mark.parametrize(("gantry", "held"), [("level", True), ("planar", False)])
 def test_a_gantry_lets_the_trunk_fall_and_pitches_only_when_it_may(
-    gantry: Gantry, held: bool
+    gantry: Gantry, held: bool, engine: EngineName
 ) -> None:
     tilted = Spread(friction=0.0, servo_gain=0.0, tilt=0.1, position=0.01, terrain=0.0)
-    with world(Wheels(gantry=gantry), tilted) as engine:
-        first = engine.trunk
-        tape = hold(engine, np.array([0.8, 0.0]), 300, gantry=True)  # a wheel that turns pitches it
+    # Wheels that turn the same way pitch the trunk the other way.
+    with world(engine, Wheels(ratio=1.0, gantry=gantry), tilted) as made:
+        first = made.trunk
+        tape = hold(made, np.array([0.8, 0.0]), 300, gantry=True)
     last, pitch = tape.trunk[-1], tape.joints[-1, 0, 2]
     assert last[2] - first[2] == pytest.approx(-0.5 * 9.81 * 0.3**2, rel=0.01)
     assert last[1] == pytest.approx(0.0, abs=1e-9)

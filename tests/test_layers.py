@@ -32,6 +32,8 @@ APART = ("gaits", "robots", "balance", "metrics")  # none imports a sibling, but
 OWNERS = {
     "pybullet": {"simulation"},
     "pybullet_utils": {"simulation"},
+    "mujoco": {"simulation"},
+    "llvmlite": {"simulation"},
     "pyarrow": {"store"},
     "duckdb": {"store"},
     "pydantic": {"documents"},
@@ -45,7 +47,7 @@ OWNERS = {
     "rerun": {"render"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "numba": {"kinematics"},
+    "numba": {"kinematics", "simulation"},
     "matplotlib": {"report", "render", "papers"},
     "PIL": {"render"},
     "trimesh": {"model"},

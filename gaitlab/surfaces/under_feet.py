@@ -47,7 +47,8 @@ class UnderFeet:
             irregularity=irregularity,
         )
         self.piles = (pile, under_right_foot(pile, robot.sole))
-        self.footprints = tuple(new_footprint(len(pile.supports)) for _ in self.piles)
+        count = len(pile.supports)
+        self.footprints = (new_footprint(count), new_footprint(count))
 
     def settle(self, feet: Sequence[Pose]) -> float:
         """Let the feet have stood for long; how far the robot has to be lifted for that, in [m].

@@ -21,6 +21,7 @@ from tests.driven import endless
 
 GRAVITY = 9.81
 AREA = 0.125 * 0.080  # m^2 of one sole
+ENGINE: EngineName = "bullet"  # that a bench stands in if none is named
 STILL = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=0.0)
 PEDESTALS = ("grass_50mm", "grass_30mm", "grass_10mm", "carpet_4mm")
 LOCK = Servo(
@@ -77,9 +78,9 @@ class Bench:
 
     def __init__(
         self, surface: Surface, sled: Sled, *, gap: float, dt: float = 0.002,
-        spread: Spread = STILL, seed: int = 0, engine: EngineName = "bullet",
+        spread: Spread = STILL, seed: int = 0, engine: EngineName | None = None,
     ) -> None:  # fmt: skip
-        self.dt, self.sled = dt, sled
+        self.dt, self.sled, engine = dt, sled, engine or ENGINE
         self.pose = np.full(2, sled.pitch)
         self.engine = engine_named(engine)(
             sled, surface, (LOCK, LOCK), start=standing(sled, self.pose, gap=gap),

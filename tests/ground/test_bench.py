@@ -1,23 +1,34 @@
-"""The turf laboratory: ten bench tests to pass before a robot walks on a ground."""
+"""The turf laboratory: ten bench tests to pass before a robot walks on a ground, in any engine."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.util import find_spec
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from gaitlab.model.settings import Spread
+from gaitlab.model.settings import EngineName, Spread
+from gaitlab.simulation.engines import ENGINES
 from gaitlab.surfaces import TuftedPile
 from gaitlab.surfaces.ground import new_footprint, pile_for
 from gaitlab.surfaces.pile import PileLaw
 from gaitlab.surfaces.press import _loads, press, stand
+from tests.ground import bench as bench_of_turf
 from tests.ground.bench import AREA, GRAVITY, PEDESTALS, STILL, Bench, Sled, surface
 
 GRASS = PEDESTALS[:3]
+INSTALLED = [name for name, kind in ENGINES.items() if find_spec(kind.package)]
 DT = 0.002
 ROUGH = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=1.0)
+
+
+@pytest.fixture(params=INSTALLED)
+def engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> EngineName:
+    """The engine that a bench stands in."""
+    monkeypatch.setattr(bench_of_turf, "ENGINE", request.param)
+    return request.param
 
 
 def pile(name: str, kind: str = "studs", dt: float = DT, **changes: float):
@@ -36,7 +47,7 @@ def moved(pile, footprint, gap, velocity, pitch=0.0, spin=0.0, dt=DT):
 
 @pytest.mark.parametrize("kind", ["studs", "flat"])
 @pytest.mark.parametrize("name", PEDESTALS)
-def test_pressed_soles_sink_as_the_pile_law_says(name: str, kind: str) -> None:
+def test_pressed_soles_sink_as_the_pile_law_says(engine: EngineName, name: str, kind: str) -> None:
     for load in (2.0, 34.0, 68.0):  # N on each sole
         ground = surface(name, hysteresis=0.0)
         with Bench(ground, Sled(mass=2 * load / GRAVITY, kind=kind), gap=ground.height) as bench:
@@ -84,7 +95,7 @@ def test_a_foot_alone_gains_no_energy_from_what_it_ploughs(dt: float, way) -> No
 @pytest.mark.parametrize("grid", [(3, 3), (6, 5)])
 @pytest.mark.parametrize("name", ["grass_30mm", "webots_grass"])
 def test_the_number_of_supports_does_not_change_how_deep_a_sole_sinks(
-    name: str, grid: tuple[int, int]
+    engine: EngineName, name: str, grid: tuple[int, int]
 ) -> None:
     gaps = []
     for points in ((4, 3), grid):
@@ -127,7 +138,9 @@ def test_the_vertical_scale_is_the_stiffness_of_the_blades(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PEDESTALS)
-def test_blade_friction_holds_the_sole_within_its_band_about_the_law(name: str) -> None:
+def test_blade_friction_holds_the_sole_within_its_band_about_the_law(
+    engine: EngineName, name: str
+) -> None:
     ground, load = surface(name), 34.0
     with Bench(ground, Sled(mass=2 * load / GRAVITY), gap=ground.height) as bench:
         bench.run(1.0)
@@ -143,7 +156,7 @@ def test_blade_friction_holds_the_sole_within_its_band_about_the_law(name: str) 
     [("grass_50mm", 0.15), ("grass_30mm", 0.15), ("grass_10mm", 0.15), ("carpet_4mm", -0.01)],
 )
 def test_a_slow_press_and_release_loses_a_plausible_share_of_its_work(
-    name: str, least: float
+    engine: EngineName, name: str, least: float
 ) -> None:
     ground = surface(name)
     with Bench(ground, Sled(mass=0.5), gap=ground.height) as bench:
@@ -163,7 +176,7 @@ def test_a_slow_press_and_release_loses_a_plausible_share_of_its_work(
 
 @pytest.mark.parametrize("kind", ["studs", "flat"])
 @pytest.mark.parametrize("name", PEDESTALS)
-def test_a_dropped_sled_never_gains_energy(name: str, kind: str) -> None:
+def test_a_dropped_sled_never_gains_energy(engine: EngineName, name: str, kind: str) -> None:
     ground = surface(name)
     with Bench(ground, Sled(kind=kind), gap=ground.height + 0.02) as bench:
         first, before, rebound = bench.energy(), bench.gap, 0.0
@@ -185,7 +198,7 @@ def test_a_dropped_sled_never_gains_energy(name: str, kind: str) -> None:
     [("grass_50mm", 1 / 240), ("grass_30mm", 1 / 240), ("grass_10mm", 1 / 500)],
 )
 def test_the_deepest_point_of_a_drop_does_not_depend_on_the_time_step(
-    name: str, coarse: float
+    engine: EngineName, name: str, coarse: float
 ) -> None:
     """3.5 kg on each sole from 20 mm."""
     deepest = []
@@ -211,7 +224,7 @@ def drag(ground, speed: float, kind: str = "studs") -> float:
 @pytest.mark.parametrize("kind", ["studs", "flat"])
 @pytest.mark.parametrize("name", PEDESTALS)
 def test_a_pulled_sled_meets_friction_and_the_plough_of_its_front_edge(
-    name: str, kind: str
+    engine: EngineName, name: str, kind: str
 ) -> None:
     """mu + c_e u(h) B / N at the gap of the pull, by hand; the sled's small pitch adds a little."""
     ground = surface(name, nap=0.0)
@@ -234,13 +247,13 @@ def slide(spread: Spread = STILL, seed: int = 0, **changes: float) -> float:
 @pytest.mark.parametrize("scale", [0.5, 1.0, 1.4])
 @pytest.mark.parametrize("friction", [0.3, 0.6])
 def test_a_sole_slides_with_the_friction_of_the_ground_times_its_scale(
-    friction: float, scale: float
+    engine: EngineName, friction: float, scale: float
 ) -> None:
     met = slide(friction=friction, friction_scale=scale)
     assert met == pytest.approx(friction * scale, rel=0.02)
 
 
-def test_replicates_meet_friction_within_its_spread_and_each_its_own() -> None:
+def test_replicates_meet_friction_within_its_spread_and_each_its_own(engine: EngineName) -> None:
     met = [slide(replace(STILL, friction=0.4), seed, friction=0.5) for seed in range(12)]
     assert 0.3 * 0.98 < min(met) < 0.42
     assert 0.58 < max(met) < 0.7 * 1.02
@@ -249,7 +262,7 @@ def test_replicates_meet_friction_within_its_spread_and_each_its_own() -> None:
 
 
 @pytest.mark.parametrize("name", ["grass_30mm", "grass_10mm"])
-def test_pulling_against_the_nap_is_harder_than_with_it(name: str) -> None:
+def test_pulling_against_the_nap_is_harder_than_with_it(engine: EngineName, name: str) -> None:
     with_nap = drag(surface(name, nap_direction=0.0, toe_catch=10.0), 0.1)
     against = drag(surface(name, nap_direction=np.pi, toe_catch=10.0), 0.1)
     assert against > with_nap * 1.001
@@ -366,7 +379,9 @@ def test_the_tangent_plane_carries_force_and_moment_of_the_law_up_to_20_degrees(
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", PEDESTALS)
-def test_a_loaded_sole_that_is_slowly_tilted_meets_the_moment_of_the_law(name: str) -> None:
+def test_a_loaded_sole_that_is_slowly_tilted_meets_the_moment_of_the_law(
+    engine: EngineName, name: str
+) -> None:
     """In the engine: a level beam stands on two soles that its hinges tilt from 0 to 20 degrees.
 
     A hinge carries the ground's moment about it, and the weight of the foot.
@@ -449,7 +464,9 @@ def test_a_cycle_of_pressing_never_gives_energy(name: str) -> None:
 
 @pytest.mark.parametrize("name", PEDESTALS)
 @pytest.mark.parametrize("spread", [STILL, ROUGH])
-def test_a_robot_that_is_put_on_the_ground_is_not_thrown(name: str, spread: Spread) -> None:
+def test_a_robot_that_is_put_on_the_ground_is_not_thrown(
+    engine: EngineName, name: str, spread: Spread
+) -> None:
     """In the engine: force starts at the weight, and on an even lawn no energy comes from nothing.
 
     On an uneven one the sled tilts, and one sole pays with what the pile under it has stored.
@@ -493,7 +510,7 @@ def test_two_feet_hold_the_robot_upright_on_every_pedestal(name: str, kind: str)
     assert stiffness * lever > 1.2 * weight * centre_of_mass
 
 
-def test_a_seed_repeats_its_lawn_bit_for_bit_and_another_grows_another() -> None:
+def test_a_seed_repeats_its_lawn_bit_for_bit_and_another_grows_another(engine: EngineName) -> None:
     def walk(seed: int) -> np.ndarray:
         ground = surface("grass_50mm")
         with Bench(ground, Sled(), gap=0.02, spread=ROUGH, seed=seed) as bench:
@@ -504,7 +521,7 @@ def test_a_seed_repeats_its_lawn_bit_for_bit_and_another_grows_another() -> None
     assert not np.array_equal(walk(1), walk(2))
 
 
-def test_a_vanishing_pile_is_a_hard_floor() -> None:
+def test_a_vanishing_pile_is_a_hard_floor(engine: EngineName) -> None:
     thin = surface("grass_10mm", height=5e-4, modulus=1e10)
     assert isinstance(thin, TuftedPile)
     floor = surface("hard_floor", friction=thin.friction)
@@ -513,5 +530,5 @@ def test_a_vanishing_pile_is_a_hard_floor() -> None:
         with Bench(ground, Sled(), gap=ground.height) as bench:
             bench.run(0.5)
             results.append((bench.gap, np.mean([bench.pull(0.1) for _ in range(200)][100:])))
-    assert results[0][0] == pytest.approx(results[1][0], abs=5e-4)
+    assert results[0][0] == pytest.approx(results[1][0], abs=thin.height + 1e-5)  # Bullet's slop
     assert results[0][1] == pytest.approx(results[1][1], rel=0.03)
