@@ -75,11 +75,9 @@ class Gait:
         doc="between two targets, read off straight lines between rows; 0: the rows themselves",
     )
     hip_height: float = parameter(
-        0.0, unit="m", low=0.0, high=3.0, doc="hips over the soles; 0: as in the first row"
+        0.0, unit="m", low=0.0, high=3.0, doc="hips over the soles; 0: as it starts to walk"
     )
-    digest: str = parameter(
-        "", unit="-", doc="of the file's angles; filled in", contents_of="file"
-    )
+    digest: str = parameter("", unit="-", doc="of the file's angles; filled in", contents_of="file")
 
     def __post_init__(self) -> None:
         if not self.digest:
@@ -103,7 +101,7 @@ class Gait:
     @property
     def gait_period(self) -> float:
         """A whole cycle of two steps, in [s]."""
-        return self.period or self.trajectory.end - self.walk_start
+        return self.period or max(self.trajectory.end - self.walk_start, ROUNDING)
 
     @property
     def startup_time(self) -> float:

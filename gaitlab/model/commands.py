@@ -35,10 +35,10 @@ def feet_of(gait: Gait | JointGait, robot: Robot, t: np.ndarray) -> FeetPoses:
 
 
 def hip_height_of(gait: Gait, robot: Robot) -> float:
-    """Height of the hip axes over the lower sole as a gait stands on a robot first, in [m]."""
-    if gait.hip_height or not isinstance(gait, JointGait):
+    """Height of the hip axes over the lower sole as a robot starts to walk, in [m]."""
+    if not isinstance(gait, JointGait) or gait.hip_height:
         return gait.hip_height
-    return -float(gait.feet_on(robot, np.zeros(1)).position[0, :, 2].min())
+    return -float(gait.feet_on(robot, np.array([gait.startup_time])).position[0, :, 2].min())
 
 
 @runtime_checkable

@@ -171,9 +171,9 @@ def _read_csv(path: Path) -> Table:
     try:
         return titles, np.array(rows, dtype=float).reshape(len(rows), len(titles)), lines
     except ValueError:
-        numbers = [[_number(cell) for cell in row] for row in rows]
-    for line, row, cells in zip(lines, numbers, rows, strict=True):
-        for title, number, cell in zip(titles, row, cells, strict=True):
+        numbers = [[_number(cell) for cell in row] for row in rows]  # to tell where
+    for line, found, row in zip(lines, numbers, rows, strict=True):
+        for title, number, cell in zip(titles, found, row, strict=True):
             if number is None:
                 message = f"{title.strip()} is {cell.strip()[:40]!r}, no number"
                 raise FileError([Problem(file=path, line=line, column=None, message=message)])
