@@ -117,6 +117,8 @@ def _plugged(
     name = _type_of(kind, node)
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
+    if hasattr(cls, "declared"):
+        cls, node = cls.declared(node)
     if kind == "gait" and "walk" in node.mapping and hasattr(cls, "of"):
         node = _standing(cls, node, robot)
     elif robot is not None and hasattr(cls, "suited_to"):
