@@ -72,6 +72,7 @@ MEMBERS: dict[str, tuple[str, ...]] = {  # of their protocols
     "robot": ("name", "feet", "tree", "sole", "joint_targets", "hip_offset"),
     "balance": ("imu", "joints", "controller"),
 }
+INSTEAD = {"feet": "feet_on"}  # members that another one stands in for
 Files = tuple[tuple[str, str], ...]  # names beside a file, each with the SHA-256 of what it holds
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
@@ -268,6 +269,7 @@ def _require_members(kind: CodeKind, path: Path, cls: type) -> None:
         message = f"has a field whose type cannot be read: {error}; mend its annotation"
         raise wrong_file(path, None, message) from error
     fields |= {item.name for item in dataclasses.fields(cls)}
+    fields |= {member for member, other in INSTEAD.items() if hasattr(cls, other)}
     lacking = [name for name in MEMBERS[kind] if name not in fields and not hasattr(cls, name)]
     if lacking:
         needs = f"a {kind} has {', '.join(MEMBERS[kind])}"
