@@ -49,8 +49,8 @@ class Parameter:
         late: Came when results were there already: at its default, which changes nothing, it
             stays out of what a trial is called by.
         former: The unit it once had; None if it always had this one.
-        contents_of: The parameter, a file, whose content this one stands for and is filled in from.
-            The place of that file is then no part of what a trial is called by.
+        contents_of: Parameters, files, whose content this one stands for and is filled in from.
+            The places of these files are then no part of what a trial is called by.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Parameter:
     source: str = ""
     late: bool = False
     former: Former | None = None
-    contents_of: str = ""
+    contents_of: tuple[str, ...] = ()
 
 
 def parameter(
@@ -76,7 +76,7 @@ def parameter(
     source: str = "",
     late: bool = False,
     former: Former | None = None,
-    contents_of: str = "",
+    contents_of: tuple[str, ...] = (),
 ) -> Any:
     """A dataclass field with unit, inclusive range [low, high], meaning and source."""
     metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "source": source}
@@ -209,7 +209,8 @@ def fragment(owner: object) -> str:
 
 def _contents(owner: object) -> dict[str, Value]:
     """Parameters without the places of files whose content is among them."""
-    places = {item.contents_of for item in parameter_table(type(owner)).values()}
+    table = parameter_table(type(owner))
+    places = {name for item in table.values() for name in item.contents_of}
     return {path: value for path, value in values(owner).items() if path not in places}
 
 

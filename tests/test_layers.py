@@ -34,6 +34,7 @@ OWNERS = {
     "pybullet_utils": {"simulation"},
     "mujoco": {"simulation"},
     "llvmlite": {"simulation"},
+    "onnxruntime": {"motions"},
     "pyarrow": {"store"},
     "duckdb": {"store"},
     "pydantic": {"documents"},

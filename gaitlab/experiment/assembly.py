@@ -34,7 +34,7 @@ from gaitlab.experiment.schema import Sections
 from gaitlab.metrics import take_in
 from gaitlab.model import Robot
 from gaitlab.model.clearance import require_own_space
-from gaitlab.model.commands import require_playable
+from gaitlab.model.commands import Reactive, require_playable
 from gaitlab.model.servo import Servo
 from gaitlab.parameters import parameter_table
 from gaitlab.plugins import (
@@ -91,6 +91,11 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
     checked(sections.robot, lambda: require_own_space(parts.robot))
     checked(sections.gait, lambda: require_playable(parts.gait, parts.robot, servos))
     checked(sections.balance or sections.robot, lambda: parts.try_out("balance", {}))
+    if sections.balance is not None and parts.balance and isinstance(parts.gait, Reactive):
+        message = (
+            f"balance: the gait {label(parts.gait_code.name)} balances by itself; leave it out"
+        )
+        raise FileError([sections.balance.problem(message)])
     return parts
 
 

@@ -314,7 +314,7 @@ def changed(owner: T, changes: Mapping[str, Value]) -> T:
         for head, value in groups.items()
     }
     for item in parameter_table(type(owner)).values():
-        if item.contents_of in fresh:
+        if not fresh.keys().isdisjoint(item.contents_of):
             fresh[item.name] = item.default
     return cast(T, dataclasses.replace(cast(Any, owner), **fresh))
 

@@ -20,7 +20,7 @@ from gaitlab.experiment import (
 )
 from gaitlab.model import Robot
 from gaitlab.model.balance import Balance
-from gaitlab.model.commands import require_playable
+from gaitlab.model.commands import require_playable, servos_for
 from gaitlab.model.gait import Gait
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import Horizon
@@ -203,6 +203,7 @@ class _Maker:
         balance = self._balance(parts, robot, values)
         servos = self._servos(parts, robot, values)
         gait = self._part("gait", parts.gait, values)
+        servos = self._driven(gait, robot, servos)
         gait, gait_code = self._walked(gait, parts.gait_code, robot, servos)
         return {
             "robot": robot,
@@ -234,6 +235,14 @@ class _Maker:
             self.made[key] = changed(owner, changes) if changes else owner
             try_out(group, self.made[key])
         return self.made[key]
+
+    def _driven(self, gait: Gait, robot: Robot, servos: tuple[Servo, ...]) -> tuple[Servo, ...]:
+        """The servos as the gait drives them."""
+        key = ("driven", id(gait), id(robot), servos)
+        if key not in self.made:
+            self.made[key] = servos_for(gait, robot, servos)
+        driven: tuple[Servo, ...] = self.made[key]
+        return driven
 
     def _walked(
         self, gait: Gait, code: Plugin, robot: Robot, servos: tuple[Servo, ...]

@@ -67,7 +67,7 @@ class Gait(JointWalk):
     )
     folder: str = parameter("", unit="-", doc="of the experiment's file; filled in")
     files: str = parameter(
-        "", unit="-", doc="digest of the program's files; filled in", contents_of="folder"
+        "", unit="-", doc="digest of the program's files; filled in", contents_of=("folder",)
     )
 
     def __post_init__(self) -> None:

@@ -20,7 +20,9 @@ class Gait(JointWalk):
     """Joint angles over time, from a .csv, .npz or .parquet file with `time` and joints' names."""
 
     file: str = parameter(unit="file", doc="joint angles over time: ./walk.csv, .npz, .parquet")
-    digest: str = parameter("", unit="-", doc="of the file's angles; filled in", contents_of="file")
+    digest: str = parameter(
+        "", unit="-", doc="of the file's angles; filled in", contents_of=("file",)
+    )
 
     def __post_init__(self) -> None:
         if not self.digest:

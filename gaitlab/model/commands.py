@@ -10,6 +10,7 @@ import numpy as np
 from gaitlab.errors import Infeasible
 from gaitlab.model import Robot, require_limits
 from gaitlab.model.gait import FeetPoses, Gait
+from gaitlab.model.imu import Attitude, Imu
 from gaitlab.model.servo import Servo
 from gaitlab.plugins import suggestion
 
@@ -39,6 +40,57 @@ def hip_height_of(gait: Gait, robot: Robot) -> float:
     if not isinstance(gait, JointGait) or gait.hip_height:
         return gait.hip_height
     return -float(gait.feet_on(robot, np.array([gait.startup_time])).position[0, :, 2].min())
+
+
+@runtime_checkable
+class Reactive(Protocol):
+    """A gait that knows what it wants only once it feels what the robot does."""
+
+    imu: Imu
+    stand_time: float
+
+    def pilot(self, robot: Robot) -> Acting:
+        """What drives the robot after `stand_time`; until then it stands as `feet_on` says."""
+
+    def servos_of(self, robot: Robot, servos: Sequence[Servo]) -> tuple[Servo, ...]:
+        """The servos that it drives, made of the robot's own; both in the tree's order."""
+
+    def feet_sent(self, robot: Robot, joints: np.ndarray, t: np.ndarray) -> FeetPoses:
+        """What targets of all joints, sent at instants in [s], mean. Shapes (n, joints), (n,)."""
+
+
+class Acting(Protocol):
+    """What drives joints by what it feels.
+
+    Attributes:
+        interval: From one act to the next, in [s].
+        delay: From an act to when its targets are sent, in [s].
+        columns: The joints that it moves, in the robot's tree. Shape (m,).
+    """
+
+    interval: float
+    delay: float
+    columns: np.ndarray
+
+    def act(
+        self, t: float, felt: Attitude, position: np.ndarray, velocity: np.ndarray
+    ) -> np.ndarray:
+        """Targets of its joints, in [rad]. Shape (m,).
+
+        Args:
+            t: Time since it took over, in [s].
+            felt: What the IMU says.
+            position: Of its joints, in [rad]. Shape (m,).
+            velocity: Of its joints, in [rad/s]. Shape (m,).
+
+        Raises:
+            WrongValue: If it gives none.
+        """
+
+
+def servos_for(gait: Gait, robot: Robot, servos: tuple[Servo, ...]) -> tuple[Servo, ...]:
+    """The servos that a gait drives, made of the robot's own; both in the tree's order."""
+    return gait.servos_of(robot, servos) if isinstance(gait, Reactive) else servos
 
 
 @runtime_checkable

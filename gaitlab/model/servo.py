@@ -6,7 +6,7 @@ References:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gaitlab.parameters import Former, parameter
 
@@ -63,3 +63,26 @@ class Servo:
     def largest_speed(self) -> float:
         """Without load at the supply's voltage, in [rad/s]."""
         return self.no_load_speed * self.supply / self.voltage
+
+
+def driven_by_gains(servo: Servo, *, kp: float, kd: float) -> Servo:
+    """A servo of the same motor under a PD controller: torque = kp error - kd velocity.
+
+    It is as late and as strong, within the same torque. The law of servos has one line of torque
+    over speed, so the no-load speed stands as far as kd leaves the motor its torque at rest: with a
+    kd below limit over no-load speed, the speed at which the torque ends is limit over kd.
+
+    Args:
+        servo: The servo.
+        kp: Stiffness, in [N m/rad].
+        kd: Damping, in [N m s/rad].
+    """
+    full, limit = servo.supply / servo.voltage, servo.largest_torque
+    speed = max(servo.largest_speed, limit / kd)
+    return replace(
+        servo,
+        position_gain=kp / kd,
+        no_load_speed=speed / full,
+        stall_torque=kd * speed / full,
+        torque_limit=limit / (kd * speed),
+    )

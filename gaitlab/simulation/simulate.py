@@ -47,11 +47,12 @@ def simulate(trial: Trial) -> TrialLog:
     """
     header = _header(trial)
     feet, targets = commanded(trial)
-    header = replace(header, first_step_time=first_step(feet) * header.dt)
     require_apart(trial.robot, targets, header.dt)
     loop = loop_of(trial, feet, targets)
     with engine_for(trial, feet) as engine:
         tape = _walk(engine, loop, header, trial)
+    feet = loop.feet
+    header = replace(header, first_step_time=first_step(feet) * header.dt)
     return log_of(tape, trial.robot, header, feet, loop.sent)
 
 
@@ -149,12 +150,12 @@ def _walk(engine: Engine, loop: Loop, header: LogHeader, trial: Trial) -> Tape:
         distance=trial.horizon.distance,
         course=header.course,
     )
-    loop.feel(engine.trunk[None])
+    loop.begin(engine.trunk)
     code = GOES_ON
     while code == GOES_ON and tape.length < len(loop.sent):
         before = tape.length
         code = engine.advance(loop.targets(before), tape, ending)
-        loop.feel(tape.trunk[before : tape.length])
+        loop.feel(tape, before)
     if code == LOST:
         raise GaitlabError(f"the simulation blew up at tick {tape.length}")
     if code not in (GOES_ON, ARRIVED):
