@@ -344,10 +344,14 @@ def test_lower_legs_that_overlap_are_infeasible(tmp_path: Path) -> None:
 def test_files_are_compared_like_any_other_value(tmp_path: Path) -> None:
     (tmp_path / "late").mkdir()
     saved(tmp_path, rows())
-    saved(tmp_path, rows(left_shoulder_pitch=0.1) | {}, "late/walk.csv")
+    for name in ("late/walk.csv", "late/other.csv"):
+        saved(tmp_path, rows(left_shoulder_pitch=0.1), name)
     text = EXPERIMENT.format(file="walk.csv", more="period: 0.6")
     file = tmp_path / "ours.yaml"
     file.write_text(text + "grid: {gait.file: [./walk.csv, late/walk.csv]}\n")
+    with pytest.raises(FileError, match=r"two files walk\.csv"):
+        load_experiment(file)
+    file.write_text(text + "grid: {gait.file: [./walk.csv, late/other.csv]}\n")
     trials = [item.trial for item in plan(load_experiment(file)).trials()]
     assert len({walking.id for walking in trials}) == 2
     assert [walking.gait.trajectory.file.parent.name for walking in trials][1] == "late"
