@@ -227,7 +227,7 @@ def _with_all_files(
         if sections.depends is not None:
             message = (
                 "depends: no robot, gait, controller or metric here is a file of your own; leave "
-                "it out"
+                "it out, or move it under `gait:` if it is a program that depends on them"
             )
             raise FileError([sections.depends.problem(message)])
         return parts

@@ -25,6 +25,7 @@ from gaitlab.documents.outputs import sync
 from gaitlab.documents.printable import visible
 from gaitlab.errors import FileError, WrongValue
 from gaitlab.parameters import canonical_json
+from gaitlab.plugins import is_file_name
 from gaitlab.plugins.own_code import digest_of
 
 FILE = "file"  # in braces in a command: what the program is to write
@@ -73,7 +74,7 @@ class Program:
             raise WrongValue('command: an empty list; expected [./my_walk, --out, "{file}"]')
         first, *others = self.command
         found = {word: self._at(word) for word in others if self._at(word).is_file()}
-        if os.sep in first:
+        if is_file_name(first):
             if not os.access(self._at(first), os.X_OK) or not self._at(first).is_file():
                 raise WrongValue(f"command: {self._at(first)} is no file that can be run")
             found[first] = self._at(first)

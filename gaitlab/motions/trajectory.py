@@ -193,9 +193,9 @@ def _number(cell: str) -> float | None:
 
 def _read_npz(path: Path) -> Table:
     try:
-        with np.load(path, allow_pickle=False) as held:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
             arrays = {name: np.asarray(held[name], dtype=float) for name in held.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise _wrong(path, f"cannot be read as arrays of numbers ({error})") from error
     return _stacked(path, arrays)
 

@@ -140,6 +140,11 @@ def label(name: str) -> str:
     return Path(name).stem if is_file_name(name) else name
 
 
+def shown(value: str) -> str:
+    """A file of the user's own by its name, as tables have it; any other text as it is."""
+    return Path(value).name if Path(value).is_absolute() else value
+
+
 def locate(kind: Kind, name: str, relative_to: Path | None = None) -> Path:
     """File that a name stands for.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -273,6 +274,51 @@ def test_what_is_wrong_in_a_file_is_said_before_anything_runs(case: str, tmp_pat
         assert part in str(caught.value)
 
 
+def npy(array: np.ndarray) -> bytes:
+    held = BytesIO()
+    np.save(held, array)
+    return held.getvalue()
+
+
+UNREADABLE: dict[str, tuple[str, Callable[[Path], object], str]] = {
+    "garbage": ("walk.npz", lambda file: file.write_bytes(b"PK\x03\x04rubbish"), "cannot be read"),
+    "empty": ("walk.npz", lambda file: file.write_bytes(b""), "cannot be read"),
+    "one array": ("walk.npz", lambda file: file.write_bytes(npy(np.zeros(3))), "cannot be read"),
+    "objects": (
+        "walk.npz",
+        lambda file: np.savez(file, time=np.array([{}, {}], dtype=object)),
+        "cannot be read",
+    ),
+    "a matrix": ("walk.npz", lambda file: np.savez(file, time=np.zeros((2, 2))), "shape"),
+    "unequal": ("walk.npz", lambda file: np.savez(file, time=[0, 1], left_knee=[0.0]), "shape"),
+    "no arrays": ("walk.npz", lambda file: np.savez(file), "empty"),
+    "no table": ("walk.parquet", lambda file: file.write_bytes(b"PAR1"), "cannot be read"),
+    "texts": (
+        "walk.parquet",
+        lambda file: pd.DataFrame({"time": ["a", "b"]}).to_parquet(file),
+        "cannot be read",
+    ),
+    "another suffix": ("walk.txt", lambda file: file.write_text("time"), "no trajectory"),
+}
+
+
+@pytest.mark.parametrize("case", UNREADABLE)
+def test_what_is_no_table_is_refused(case: str, tmp_path: Path) -> None:
+    name, write, told = UNREADABLE[case]
+    write(tmp_path / name)
+    with pytest.raises(FileError, match=told):
+        planned(tmp_path, file=name)
+
+
+def test_who_stands_as_a_walk_of_joints_is_told_to_say_how(tmp_path: Path) -> None:
+    saved(tmp_path, rows())
+    text = EXPERIMENT.format(file="walk.csv", more="period: 0.6").replace("gait: ", "walk: ")
+    text = text.replace("walk: {", "gait: {type: stand, walk: {").replace("0.6}", "0.6}}")
+    (tmp_path / "ours.yaml").write_text(text)
+    with pytest.raises(FileError, match="hip_height"):
+        load_experiment(tmp_path / "ours.yaml")
+
+
 def test_a_seam_that_jumps_is_refused_and_one_that_is_not_walked_is_not(tmp_path: Path) -> None:
     slope = rows()["left_knee"] - np.linspace(0.0, 0.8, 61)
     saved(tmp_path, rows(left_knee=slope))
@@ -298,10 +344,14 @@ def test_lower_legs_that_overlap_are_infeasible(tmp_path: Path) -> None:
 def test_files_are_compared_like_any_other_value(tmp_path: Path) -> None:
     (tmp_path / "late").mkdir()
     saved(tmp_path, rows())
-    saved(tmp_path, rows(left_shoulder_pitch=0.1) | {}, "late/walk.csv")
+    for name in ("late/walk.csv", "late/other.csv"):
+        saved(tmp_path, rows(left_shoulder_pitch=0.1), name)
     text = EXPERIMENT.format(file="walk.csv", more="period: 0.6")
     file = tmp_path / "ours.yaml"
     file.write_text(text + "grid: {gait.file: [./walk.csv, late/walk.csv]}\n")
+    with pytest.raises(FileError, match=r"two files walk\.csv"):
+        load_experiment(file)
+    file.write_text(text + "grid: {gait.file: [./walk.csv, late/other.csv]}\n")
     trials = [item.trial for item in plan(load_experiment(file)).trials()]
     assert len({walking.id for walking in trials}) == 2
     assert [walking.gait.trajectory.file.parent.name for walking in trials][1] == "late"

@@ -36,7 +36,7 @@ def write_trajectory(shown: ExportedTrial, files: Sequence[Path]) -> None:
     told = ", ".join(f"{key}: {value}" for key, value in meant.items())
     head = (
         f"{EXPORTED}: trial {shown.record.trial_id}, gait {trial.names.gait}",
-        f"walked by, with the name of this file: gait: {{type: trajectory, file: ./walk.csv, {told}}}",
+        f"walked, by its name, as gait: {{type: trajectory, file: ./walk.csv, {told}}}",
     )
     time = np.arange(len(targets)) * trial.engine.dt
     names = [joints[k].name for k in driven]
