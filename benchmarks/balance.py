@@ -19,6 +19,7 @@ from gaitlab.balance.ankle_hip import Balance
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.simulation.loop import Loop, loop_of
+from gaitlab.simulation.tape import Tape
 from gaitlab.simulation.trial import plugin
 
 
@@ -34,12 +35,14 @@ def swaying(ticks: int) -> np.ndarray:
 def seconds_a_tick(loop: Loop, trunk: np.ndarray) -> float:
     """CPU time of a tick, in [s]."""
     start = time.process_time()
-    loop.feel(trunk[:1])
+    tape = Tape(len(trunk), 0)
+    tape.trunk[:] = trunk
+    loop.begin(trunk[0])
     tick = 0
     while tick < len(trunk):
-        sent = len(loop.targets(tick))
-        loop.feel(trunk[tick : tick + sent])
-        tick += sent
+        tape.length = tick + len(loop.targets(tick))
+        loop.feel(tape, tick)
+        tick = tape.length
     return (time.process_time() - start) / len(trunk)
 
 

@@ -51,11 +51,11 @@ def seconds_a_tick(trial: Trial) -> float:
     with engine_for(trial, feet) as engine:
         tape, code = Tape(ticks, len(robot.tree.joints)), GOES_ON
         start = time.process_time()
-        loop.feel(engine.trunk[None])
+        loop.begin(engine.trunk)
         while code == GOES_ON and tape.length < ticks:
             before = tape.length
             code = engine.advance(loop.targets(before), tape, ending)
-            loop.feel(tape.trunk[before : tape.length])
+            loop.feel(tape, before)
         spent = time.process_time() - start
     if code != GOES_ON:
         raise SystemExit(f"the robot fell in {trial.engine.name}; its time says nothing")

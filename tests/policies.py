@@ -57,20 +57,14 @@ def constant(inputs: int, output: Sequence[float]) -> list[Layer]:
     return [(np.zeros((inputs, len(output))), np.asarray(output, dtype=float))]
 
 
-def fitted(
-    given: np.ndarray, wanted: np.ndarray, units: int, scale: float, seed: int = 0
-) -> list[Layer]:
+def fitted(given: np.ndarray, wanted: np.ndarray, units: int, scale: float) -> list[Layer]:
     """Two layers that give what is wanted for what is given. Shapes (n, inputs), (n, outputs).
 
     The first is drawn, the second follows from least squares.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     first = rng.normal(0.0, scale, (given.shape[1], units)), rng.normal(0.0, scale, units)
     hidden = np.column_stack([np.tanh(given @ first[0] + first[1]), np.ones(len(given))])
-    ridge = 1e-4 * np.eye(units + 1)
-    stacked = (
-        np.vstack([hidden, ridge]),
-        np.vstack([wanted, np.zeros((units + 1, wanted.shape[1]))]),
-    )
-    second = np.linalg.lstsq(*stacked, rcond=None)[0]
+    ridge, none = 1e-4 * np.eye(units + 1), np.zeros((units + 1, wanted.shape[1]))
+    second = np.linalg.lstsq(np.vstack([hidden, ridge]), np.vstack([wanted, none]), rcond=None)[0]
     return [first, (second[:-1], second[-1])]

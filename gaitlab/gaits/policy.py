@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ import numpy as np
 from gaitlab.errors import WrongValue
 from gaitlab.model import Robot
 from gaitlab.model.forward import feet_of_joints
-from gaitlab.model.gait import FeetPoses
+from gaitlab.model.gait import SHAPES, FeetPoses, changes
 from gaitlab.model.imu import Attitude, Imu
 from gaitlab.model.servo import Servo, driven_by_gains
 from gaitlab.motions.declaration import (
@@ -144,8 +144,9 @@ class Gait:
 
     def feet_on(self, robot: Robot, t: np.ndarray) -> FeetPoses:
         """Standing in the default pose, at the instants t, in [s]; no more is known. Shape (n,)."""
-        t = np.asarray(t, dtype=float)
-        return self.feet_sent(robot, np.tile(self.wiring(robot).pose, (len(t), 1)), t)
+        found = self.wiring(robot)
+        none = np.zeros(len(t), dtype=int)
+        return self._timed(robot, found.standing, none, np.tile(found.pose, (len(t), 1)), t)
 
     def feet_sent(self, robot: Robot, joints: np.ndarray, t: np.ndarray) -> FeetPoses:
         """Where targets that were sent would put the feet, with the phase of the policy.
@@ -155,25 +156,21 @@ class Gait:
             joints: Targets of all joints, in [rad]. Shape (n, joints).
             t: When they were sent, in [s]. Shape (n,).
         """
-        new = np.ones(len(joints), dtype=bool)
-        new[1:] = (joints[1:] != joints[:-1]).any(axis=1)
-        held = feet_of_joints(robot, joints[new])
-        row = np.cumsum(new) - 1
-        walked = t - self.startup_time + ROUNDING
-        count, rest = np.divmod(np.maximum(walked, 0.0), self.gait_period)
-        turned = np.divmod(np.maximum(t - self.stand_time + ROUNDING, 0.0), self.gait_period)[1]
-        phase, begun = np.maximum(turned - ROUNDING, 0.0) / self.gait_period, walked >= 0.0
-        return FeetPoses(
-            position=held.position[row],
-            heading=held.heading[row],
-            trunk_pitch=held.trunk_pitch[row],
-            ankle_pitch=held.ankle_pitch[row],
-            knee_only=held.knee_only[row],
-            swing=held.swing[row],
-            phase=np.where(begun, phase, np.nan),
-            step_index=np.where(begun, 2 * count + (2.0 * rest >= self.gait_period), -1).astype(
-                int
-            ),
+        held = changes(joints)
+        return self._timed(robot, feet_of_joints(robot, joints[held.first]), held.of, joints, t)
+
+    def _timed(
+        self, robot: Robot, poses: FeetPoses, rows: np.ndarray, joints: np.ndarray, t: np.ndarray
+    ) -> FeetPoses:
+        """Rows of poses at instants, with the joints and the phase. Shape (n,)."""
+        t = np.asarray(t, dtype=float) + ROUNDING
+        walked, felt = t - self.startup_time, np.maximum(t - self.stand_time, 0.0)
+        begun, rest = walked >= 0.0, np.mod(felt, self.gait_period)
+        steps = np.floor(2.0 * np.maximum(walked, 0.0) / self.gait_period)
+        return replace(
+            FeetPoses(**{name: getattr(poses, name)[rows] for name in SHAPES}),
+            phase=np.where(begun, rest / self.gait_period, np.nan),
+            step_index=np.where(begun, steps, -1).astype(int),
             joints={joint.name: joints[:, k] for k, joint in enumerate(robot.tree.joints)},
         )
 
@@ -231,11 +228,10 @@ class Gait:
             FileError: Everything in the declaration that the robot lacks.
             WrongValue: If the network is of another size than declared, or gives no numbers.
         """
-        pilot, joints = self.pilot(robot), len(self.wiring(robot).columns)
-        self.servos_of(robot, servos)
+        pilot = self.pilot(robot)
         rest = self.wiring(robot).pose[pilot.columns]
         try:
-            pilot.act(0.0, UPRIGHT, rest, np.zeros(joints))
+            pilot.act(0.0, UPRIGHT, rest, np.zeros(len(rest)))
         except WrongValue as error:
             raise WrongValue(f"{self.file}: {error}") from error
         except Exception as error:  # onnxruntime raises classes of its own

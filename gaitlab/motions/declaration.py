@@ -34,7 +34,8 @@ import numpy as np
 from gaitlab.documents import Node, build, check, load, merged, plain
 from gaitlab.errors import FileError, Problem, WrongValue
 from gaitlab.model import Robot
-from gaitlab.model.forward import standing_joints
+from gaitlab.model.forward import feet_of_joints, standing_joints
+from gaitlab.model.gait import FeetPoses
 from gaitlab.parameters import Parameter, canonical_json, parameter
 from gaitlab.plugins import is_file_name, suggestion
 
@@ -58,7 +59,8 @@ EXPORTED = {  # what exporters call it
     "action_scale": "action_scale",
 }
 ANGLE = Parameter(name="default_pose", type=float, unit="rad", low=-6.3, high=6.3, doc="angle")
-SCALE = Parameter(name="scale", type=float, unit="-", low=-1e4, high=1e4, doc="factor")
+SCALE = Parameter(name="action_scale", type=float, unit="-", low=-1e4, high=1e4, doc="rad a unit of output")
+FACTOR = Parameter(name="scale", type=float, unit="-", low=-1e4, high=1e4, doc="factor")
 STIFFNESS = Parameter(name="kp", type=float, unit="N m/rad", low=0.1, high=1e4, doc="stiffness")
 DAMPING = Parameter(name="kd", type=float, unit="N m s/rad", low=0.01, high=1e3, doc="damping")
 
@@ -132,6 +134,7 @@ class Wiring:
         action_clip: Largest number of the output, likewise.
         columns: Joints of the output in the robot's tree. Shape (m,).
         pose: All joints of the robot at output 0, in [rad]. Shape (joints,).
+        standing: The feet in that pose, at one instant.
         action_scale: Target over output, in [rad]. Shape (m,).
         gains: kp [N m/rad] and kd [N m s/rad] of joints by name; empty for the robot's own servos.
         delay: From an observation to what is sent for it, in [s].
@@ -147,6 +150,7 @@ class Wiring:
     action_clip: float
     columns: np.ndarray
     pose: np.ndarray
+    standing: FeetPoses
     action_scale: np.ndarray
     gains: Mapping[str, tuple[float, float]]
     delay: float
@@ -230,7 +234,21 @@ def wired(found: Declaration, robot: Robot, metadata: Mapping[str, str]) -> Wiri
     Raises:
         FileError: Everything in it that the robot lacks or that is of another size.
     """
-    keys = _with_exported(found, metadata)
+    exported = tuple(sorted(metadata.items()))
+    try:
+        hash(robot)
+    except TypeError:  # one of a team's own may be anything
+        return _wired(found, robot, exported)
+    return _remembered(found, robot, exported)
+
+
+@lru_cache(maxsize=64)
+def _remembered(found: Declaration, robot: Robot, exported: tuple[tuple[str, str], ...]) -> Wiring:
+    return _wired(found, robot, exported)
+
+
+def _wired(found: Declaration, robot: Robot, exported: tuple[tuple[str, str], ...]) -> Wiring:
+    keys = _with_exported(found, dict(exported))
     joints = robot.tree.joints
     names = _joint_names(found, keys, robot)
     columns = np.array([[j.name for j in joints].index(name) for name in names])
@@ -279,6 +297,7 @@ def wired(found: Declaration, robot: Robot, metadata: Mapping[str, str]) -> Wiri
         action_clip=keys.action_clip,
         columns=columns,
         pose=pose,
+        standing=feet_of_joints(robot, pose[None]),
         action_scale=action_scale,
         gains=gains,
         delay=keys.delay,
@@ -414,7 +433,7 @@ def _observations(node: Node, joints: int) -> tuple[list[str], np.ndarray]:
             problems.append(entry.problem(message))
             continue
         try:
-            scales += [check(SCALE, part) for part in parts] or [1.0] * size
+            scales += [check(FACTOR, part) for part in parts] or [1.0] * size
         except FileError as error:
             problems += error.problems
         terms.append(section.term)
