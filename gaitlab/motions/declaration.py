@@ -59,7 +59,9 @@ EXPORTED = {  # what exporters call it
     "action_scale": "action_scale",
 }
 ANGLE = Parameter(name="default_pose", type=float, unit="rad", low=-6.3, high=6.3, doc="angle")
-SCALE = Parameter(name="action_scale", type=float, unit="-", low=-1e4, high=1e4, doc="rad a unit of output")
+SCALE = Parameter(
+    name="action_scale", type=float, unit="-", low=-1e4, high=1e4, doc="rad a unit of output"
+)
 FACTOR = Parameter(name="scale", type=float, unit="-", low=-1e4, high=1e4, doc="factor")
 STIFFNESS = Parameter(name="kp", type=float, unit="N m/rad", low=0.1, high=1e4, doc="stiffness")
 DAMPING = Parameter(name="kd", type=float, unit="N m s/rad", low=0.01, high=1e3, doc="damping")

@@ -364,7 +364,7 @@ def wrong_networks(folder: Path) -> dict[str, tuple[Path, str]]:
             "custom operator",
         ),
         "two inputs": (save_network(folder / "t.onnx", five, inputs=("obs", "memory")), "2 inputs"),
-        "an image": (save_network(folder / "m.onnx", five, shape=[1, 5, 5]), "shape 1 x 5 x 5"),
+        "an image": (save_network(folder / "m.onnx", five, shape=[4, 5]), "shape 4 x 5"),
         "nan": (save_network(folder / "n.onnx", constant(5, NONE + np.nan)), "gave nan for"),
         "open size": (
             save_network(folder / "s.onnx", constant(7, NONE), shape=["batch", "numbers"]),

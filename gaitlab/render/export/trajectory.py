@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitlab.model.commands import Reactive
 from gaitlab.motions.trajectory import trajectory_text
 from gaitlab.render.export.recorded import ExportedTrial
 from gaitlab.simulation.simulate import commanded
@@ -18,11 +19,16 @@ def write_trajectory(shown: ExportedTrial, files: Sequence[Path]) -> None:
     """Targets of every joint with a servo, up to the horizon, even if the robot fell before.
 
     They are made anew from the trial, to every digit; what a balance controller added is not among
-    them, as it adds it again to whoever walks them. The head says what to write into an experiment.
+    them, as it adds it again to whoever walks them. Those of a policy are what it sent, as the log
+    has them, and end with it. The head says what to write into an experiment.
     """
     trial = shown.trial
     gait, joints = trial.gait, trial.robot.tree.joints
-    _, targets = commanded(trial)
+    if isinstance(gait, Reactive):
+        sent = [shown.log[f"{joint.name}_target"] for joint in joints]
+        targets = np.stack(sent, axis=-1).astype(float)
+    else:
+        _, targets = commanded(trial)
     driven = [k for k, joint in enumerate(joints) if joint.servo is not None]
     meant = {
         "period": gait.gait_period,

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
 from gaitlab.model import Robot
-from gaitlab.model.commands import feet_of
+from gaitlab.model.commands import Reactive, feet_of
 from gaitlab.model.gait import Gait
 from gaitlab.render.figure_style import BAND, FAINT, PAPER
 
@@ -33,7 +33,11 @@ def walking_time(log: TrialLog) -> np.ndarray:
 
 def swings(log: TrialLog, gait: Gait, robot: Robot) -> list[Span]:
     """Commanded swings of both feet, in the time of `walking_time`."""
-    swing = feet_of(gait, robot, log["time"]).swing
+    if isinstance(gait, Reactive):
+        sent = [log[f"{joint.name}_target"].astype(float) for joint in robot.tree.joints]
+        swing = gait.feet_sent(robot, np.stack(sent, axis=-1), log["time"]).swing
+    else:
+        swing = feet_of(gait, robot, log["time"]).swing
     time = walking_time(log)
     return sorted(span for foot in (0, 1) for span in _spans(time, swing[:, foot], foot))
 
