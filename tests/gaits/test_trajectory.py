@@ -24,6 +24,7 @@ from gaitlab.model.forward import feet_of_joints
 from gaitlab.motions.trajectory import leg_joints, load_trajectory, trajectory_text
 from gaitlab.plugins import load_class
 from gaitlab.robots.eros import Robot
+from gaitlab.servos.files import load_servo
 from gaitlab.simulation.simulate import commanded, simulate
 from gaitlab.simulation.trial import Trial, plugin
 from tests.trials import trial
@@ -94,6 +95,26 @@ def test_the_feet_of_joints_are_those_that_inverse_kinematics_was_given(
     swung = (feet.swing == found.swing).all(axis=1)
     assert swung.mean() > 0.8  # a foot that has only just left the ground does not count yet
     assert found.swing.any(axis=0).all()
+
+
+@pytest.mark.parametrize(("robot_name", "gait_name"), [*WALKS, ("bioloid", "bioloid")])
+def test_every_shipped_walk_can_be_walked_from_a_file_and_repeats_without_a_jump(
+    robot_name: str, gait_name: str, tmp_path: Path
+) -> None:
+    robot, gait = load_class("robot", robot_name)(), load_class("gait", gait_name)()
+    if hasattr(gait, "suited_to"):
+        gait = type(gait)(**gait.suited_to(robot))
+    driven = [k for k, joint in enumerate(robot.tree.joints) if joint.servo is not None]
+    names = [robot.tree.joints[k].name for k in driven]
+    servos = [load_servo(robot.tree.joints[k].servo) for k in driven]
+    t = np.arange(round((gait.startup_time + 3.0 * gait.gait_period) / 0.002)) * 0.002
+    targets = joint_commands(robot, gait.feet(t))
+    file = tmp_path / "walk.csv"
+    file.write_text(trajectory_text(t, names, targets[:, driven], ["a walk"]))
+    walked = Gait(file=str(file), period=gait.gait_period, stand_time=0.0)
+    walked.require_playable(robot, servos)
+    again = joint_commands(robot, feet_of(walked, robot, t))
+    np.testing.assert_array_equal(again[:, driven], targets[:, driven])
 
 
 def rows(count: int = 61, **joints: np.ndarray | float) -> dict[str, np.ndarray]:
