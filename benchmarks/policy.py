@@ -12,6 +12,7 @@ import argparse
 import tempfile
 import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
@@ -33,10 +34,7 @@ UNITS = (256, 128, 64)
 def written(folder: Path, inputs: int, outputs: int) -> Path:
     """A network that moves the joints by a little, and a declaration of all that one may be fed."""
     rng, sizes = np.random.default_rng(0), (inputs, *UNITS, outputs)
-    layers = [
-        (rng.normal(0.0, (0.5 / a) ** 0.5, (a, b)), np.zeros(b))
-        for a, b in zip(sizes[:-1], sizes[1:], strict=True)
-    ]
+    layers = [(rng.normal(0.0, (0.5 / a) ** 0.5, (a, b)), np.zeros(b)) for a, b in pairwise(sizes)]
     file = save_network(folder / "walk.onnx", layers, activation="Elu")
     file.with_suffix(".yaml").write_text("layout: unitree_rl_gym\naction_scale: 0.002\n")
     return file

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
-from typing import Any, NamedTuple, cast, get_args, get_origin, get_type_hints
+from functools import cache, lru_cache, wraps
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from gaitlab.errors import WrongValue
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 class Former(NamedTuple):
@@ -193,6 +196,24 @@ def _built(hint: Any, value: Any) -> Any:
 def canonical_json(data: object) -> str:
     """JSON with sorted keys, shortest floats and no NaN: equal data, equal text."""
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def remembered(make: Callable[P, R]) -> Callable[P, R]:
+    """A function of parts that trials share, whose last results are kept.
+
+    Where a part of a team's own has no hash, its result is made anew.
+    """
+    kept = lru_cache(maxsize=64)(make)
+
+    @wraps(make)
+    def found(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            hash(args)
+        except TypeError:
+            return make(*args, **kwargs)
+        return cast(R, kept(*args, **kwargs))
+
+    return found
 
 
 def fragment(owner: object) -> str:

@@ -109,3 +109,14 @@ def test_the_imus_stream_shifts_no_other() -> None:
     before = [np.random.default_rng(child) for child in np.random.SeedSequence(3).spawn(4)]
     after = randomness(3)[:4]
     assert [rng.random() for rng in before] == [rng.random() for rng in after]
+
+
+def test_the_yaw_rate_is_read_apart_and_changes_no_other_reading() -> None:
+    half = 0.3
+    tilted = (np.sin(half), 0.0, 0.0, np.cos(half))  # rolled by 0.6 rad
+    true = Readings(replace(Imu(), rate_noise=0.0, rate_bias=0.0), DT, np.random.default_rng(0))
+    assert true.turning(tilted, (0.0, 0.0, 1.0)) == pytest.approx(np.cos(0.6))
+    assert true.turning(tilted, (0.0, 1.0, 0.0)) == pytest.approx(-np.sin(0.6))
+    noisy = Readings(Imu(rate_noise=0.1, rate_bias=0.0), DT, np.random.default_rng(0))
+    found = [noisy.turning(tilted, (0.0, 0.0, 0.0)) for _ in range(2000)]
+    assert np.std(found) == pytest.approx(0.1, rel=0.1)

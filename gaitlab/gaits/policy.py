@@ -15,6 +15,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,12 @@ from gaitlab.parameters import parameter
 
 ROUNDING = 1e-9  # s
 UPRIGHT = Attitude(pitch=0.0, roll=0.0, pitch_rate=0.0, roll_rate=0.0)
+
+
+@lru_cache(maxsize=64)
+def _declaration(name: str, network: str, digest: str) -> Declaration:
+    """That of a digest, asked for at every turn; whether it still is, the pilot finds out."""
+    return load_declaration(name, Path(network))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,13 +107,16 @@ class Gait:
             object.__setattr__(self, "digest", self._found_digest())
 
     def _found_digest(self) -> str:
-        raw = read_network(Path(self.file))
-        whole = f"{hashlib.sha256(raw).hexdigest()}:{self._declared.digest}"
+        raw, said = (
+            read_network(Path(self.file)),
+            load_declaration(self.declaration, Path(self.file)),
+        )
+        whole = f"{hashlib.sha256(raw).hexdigest()}:{said.digest}"
         return hashlib.sha256(whole.encode()).hexdigest()
 
     @property
     def _declared(self) -> Declaration:
-        return load_declaration(self.declaration, Path(self.file))
+        return _declaration(self.declaration, self.file, self.digest)
 
     @property
     def _network(self) -> Network:
@@ -231,7 +241,7 @@ class Gait:
         pilot = self.pilot(robot)
         rest = self.wiring(robot).pose[pilot.columns]
         try:
-            pilot.act(0.0, UPRIGHT, rest, np.zeros(len(rest)))
+            pilot.act(0.0, UPRIGHT, 0.0, rest, np.zeros(len(rest)))
         except WrongValue as error:
             raise WrongValue(f"{self.file}: {error}") from error
         except Exception as error:  # onnxruntime raises classes of its own

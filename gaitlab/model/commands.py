@@ -49,7 +49,7 @@ class Reactive(Protocol):
     imu: Imu
     stand_time: float
 
-    def pilot(self, robot: Robot) -> Acting:
+    def pilot(self, robot: Robot) -> Driver:
         """What drives the robot after `stand_time`; until then it stands as `feet_on` says."""
 
     def servos_of(self, robot: Robot, servos: Sequence[Servo]) -> tuple[Servo, ...]:
@@ -59,7 +59,7 @@ class Reactive(Protocol):
         """What targets of all joints, sent at instants in [s], mean. Shapes (n, joints), (n,)."""
 
 
-class Acting(Protocol):
+class Driver(Protocol):
     """What drives joints by what it feels.
 
     Attributes:
@@ -73,13 +73,19 @@ class Acting(Protocol):
     columns: np.ndarray
 
     def act(
-        self, t: float, felt: Attitude, position: np.ndarray, velocity: np.ndarray
+        self,
+        t: float,
+        felt: Attitude,
+        yaw_rate: float,
+        position: np.ndarray,
+        velocity: np.ndarray,
     ) -> np.ndarray:
         """Targets of its joints, in [rad]. Shape (m,).
 
         Args:
             t: Time since it took over, in [s].
             felt: What the IMU says.
+            yaw_rate: Likewise, about the trunk's upward axis, in [rad/s].
             position: Of its joints, in [rad]. Shape (m,).
             velocity: Of its joints, in [rad/s]. Shape (m,).
 

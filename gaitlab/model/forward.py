@@ -9,6 +9,7 @@ from gaitlab.model.gait import FeetPoses
 from gaitlab.model.robot import Robot
 from gaitlab.model.stance import stance_of, standing_feet
 from gaitlab.model.tree import LinkPoses
+from gaitlab.parameters import remembered
 
 LIFTED = 0.001  # m; a sole that is higher than the lower one by more is meant to be in the air
 DIGITS = 12  # after the point, of lengths and angles; what is behind them is rounding
@@ -71,6 +72,7 @@ def _below_ankles(robot: Robot, poses: LinkPoses) -> np.ndarray:
     return poses.position[:, links] - robot.sole.height * poses.rotation[:, links][..., 2]
 
 
+@remembered
 def _from_hips(robot: Robot) -> np.ndarray:
     """The trunk's frame in the hip frame, in [m], as the robot's inverse kinematics has it."""
     try:

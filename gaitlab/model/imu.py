@@ -37,14 +37,12 @@ class Attitude(NamedTuple):
         roll: Positive leans right, in [rad].
         pitch_rate: Angular velocity about the trunk's lateral axis, in [rad/s].
         roll_rate: Angular velocity about the trunk's forward axis, in [rad/s].
-        yaw_rate: Angular velocity about the trunk's upward axis, in [rad/s]; read by who asks.
     """
 
     pitch: float
     roll: float
     pitch_rate: float
     roll_rate: float
-    yaw_rate: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,23 +117,20 @@ class Imu:
 class Readings:
     """An IMU at work on one trunk."""
 
-    def __init__(
-        self, imu: Imu, dt: float, rng: np.random.Generator, *, turning: bool = False
-    ) -> None:
+    def __init__(self, imu: Imu, dt: float, rng: np.random.Generator) -> None:
         """An IMU that has seen nothing yet.
 
         Args:
             imu: How good it is.
             dt: Time between two states that it sees, in [s].
             rng: The replicate's stream for bias and noise.
-            turning: Whether the yaw rate is read, too.
         """
-        rates = 3 if turning else 2
         self._rng = rng
         self._seen: deque[tuple[Quaternion, Vector]] = deque(maxlen=round(imu.delay / dt) + 1)
-        self._noise = np.array([imu.attitude_noise] * 2 + [imu.rate_noise] * rates)
-        self._bias = np.array([imu.attitude_bias] * 2 + [imu.rate_bias] * rates)
-        self._bias *= rng.standard_normal(2 + rates)
+        self._noise = np.array([imu.attitude_noise] * 2 + [imu.rate_noise] * 2)
+        self._bias = rng.standard_normal(4) * ([imu.attitude_bias] * 2 + [imu.rate_bias] * 2)
+        self._imu = imu
+        self._yaw_bias: float | None = None
 
     def see(self, quaternion: Quaternion, spin: Vector) -> None:
         """Take in the trunk's orientation, xyzw, and angular velocity, world frame, in [rad/s]."""
@@ -147,8 +142,21 @@ class Readings:
 
     def told(self, quaternion: Quaternion, spin: Vector) -> Attitude:
         """What it says of a state; arguments as of `see`."""
-        error = (self._bias + self._noise * self._rng.standard_normal(len(self._bias))).tolist()
+        error = (self._bias + self._noise * self._rng.standard_normal(4)).tolist()
         return Attitude(*map(float.__add__, attitude(quaternion, spin), error))
+
+    def turning(self, quaternion: Quaternion, spin: Vector) -> float:
+        """What it says of the yaw rate, about the trunk's upward axis, in [rad/s]; as `told`.
+
+        Who never asks draws nothing for it.
+        """
+        if self._yaw_bias is None:
+            self._yaw_bias = self._imu.rate_bias * float(self._rng.standard_normal())
+        x, y, z, w = quaternion
+        up = (2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
+        rate = up[0] * spin[0] + up[1] * spin[1] + up[2] * spin[2]
+        noise = self._imu.rate_noise * float(self._rng.standard_normal())
+        return rate + self._yaw_bias + noise
 
 
 def attitude(quaternion: Quaternion, spin: Vector) -> Attitude:
@@ -161,12 +169,10 @@ def attitude(quaternion: Quaternion, spin: Vector) -> Attitude:
     x, y, z, w = quaternion
     r00, r10 = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w)
     r01, r11 = 2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z)
-    r02, r12 = 2.0 * (x * z + y * w), 2.0 * (y * z - x * w)
     r20, r21, r22 = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
     return Attitude(
         pitch=atan2(-r20, hypot(r00, r10)),
         roll=atan2(r21, r22),
         pitch_rate=r01 * spin[0] + r11 * spin[1] + r21 * spin[2],
         roll_rate=r00 * spin[0] + r10 * spin[1] + r20 * spin[2],
-        yaw_rate=r02 * spin[0] + r12 * spin[1] + r22 * spin[2],
     )

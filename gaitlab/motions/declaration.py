@@ -36,7 +36,7 @@ from gaitlab.errors import FileError, Problem, WrongValue
 from gaitlab.model import Robot
 from gaitlab.model.forward import feet_of_joints, standing_joints
 from gaitlab.model.gait import FeetPoses
-from gaitlab.parameters import Parameter, canonical_json, parameter
+from gaitlab.parameters import Parameter, canonical_json, parameter, remembered
 from gaitlab.plugins import is_file_name, suggestion
 
 LAYOUTS = Path(__file__).parent / "layouts"
@@ -236,19 +236,10 @@ def wired(found: Declaration, robot: Robot, metadata: Mapping[str, str]) -> Wiri
     Raises:
         FileError: Everything in it that the robot lacks or that is of another size.
     """
-    exported = tuple(sorted(metadata.items()))
-    try:
-        hash(robot)
-    except TypeError:  # one of a team's own may be anything
-        return _wired(found, robot, exported)
-    return _remembered(found, robot, exported)
+    return _wired(found, robot, tuple(sorted(metadata.items())))
 
 
-@lru_cache(maxsize=64)
-def _remembered(found: Declaration, robot: Robot, exported: tuple[tuple[str, str], ...]) -> Wiring:
-    return _wired(found, robot, exported)
-
-
+@remembered
 def _wired(found: Declaration, robot: Robot, exported: tuple[tuple[str, str], ...]) -> Wiring:
     keys = _with_exported(found, dict(exported))
     joints = robot.tree.joints

@@ -65,13 +65,19 @@ class Pilot:
         self._acted = False
 
     def act(
-        self, t: float, felt: Attitude, position: np.ndarray, velocity: np.ndarray
+        self,
+        t: float,
+        felt: Attitude,
+        yaw_rate: float,
+        position: np.ndarray,
+        velocity: np.ndarray,
     ) -> np.ndarray:
         """Targets of its joints, in [rad]. Shape (m,).
 
         Args:
             t: Time since it took over, in [s].
             felt: What the IMU says.
+            yaw_rate: Likewise, about the trunk's upward axis, in [rad/s].
             position: Of its joints, in [rad]. Shape (m,).
             velocity: Of its joints, in [rad/s]. Shape (m,).
 
@@ -79,7 +85,7 @@ class Pilot:
             WrongValue: If it gives what is no number, or as many as it did not declare.
         """
         wiring, frames = self._wiring, self._frames
-        row = self.observation(t, felt, position, velocity)
+        row = self.observation(t, felt, yaw_rate, position, velocity)
         if wiring.history > 1:
             frames[:-1] = frames[1:]
         frames[-1] = row
@@ -98,14 +104,19 @@ class Pilot:
         return targets
 
     def observation(
-        self, t: float, felt: Attitude, position: np.ndarray, velocity: np.ndarray
+        self,
+        t: float,
+        felt: Attitude,
+        yaw_rate: float,
+        position: np.ndarray,
+        velocity: np.ndarray,
     ) -> np.ndarray:
         """What of this instant goes in, scaled; arguments as of `act`. Shape (numbers,)."""
         state, at, level = self._state, self._at, cos(felt.pitch)
         turned = 2.0 * pi * (t / self._period % 1.0)
         share = min(t / self._ramp, 1.0) if self._ramp else 1.0
         state[:8] = (
-            *(felt.roll_rate, felt.pitch_rate, felt.yaw_rate),
+            *(felt.roll_rate, felt.pitch_rate, yaw_rate),
             *(sin(felt.pitch), -level * sin(felt.roll), -level * cos(felt.roll)),
             *(felt.roll, felt.pitch),
         )

@@ -127,7 +127,7 @@ class Piloted:
         self.sent, self._trial, self._gait = targets.copy(), trial, gait
         self._pilot, self._dt = gait.pilot(trial.robot), trial.engine.dt
         self._taken = round(gait.stand_time / self._dt)  # tick in which it takes over
-        self._readings = Readings(gait.imu, self._dt, randomness(trial.seed).imu, turning=True)
+        self._readings = Readings(gait.imu, self._dt, randomness(trial.seed).imu)
         self._late, self._old = (
             round(seconds / self._dt) for seconds in (self._pilot.delay, gait.imu.delay)
         )
@@ -136,7 +136,7 @@ class Piloted:
         self._position, self._velocity = targets[0, columns], np.zeros(len(columns))
         self._first = np.empty(0)
         self._tape: Tape | None = None
-        self._read, self._felt = -1, Attitude(0.0, 0.0, 0.0, 0.0)
+        self._read, self._felt = -1, (Attitude(0.0, 0.0, 0.0, 0.0), 0.0)
 
     @property
     def feet(self) -> FeetPoses:
@@ -152,19 +152,20 @@ class Piloted:
         t, interval = (tick - self._taken) * self._dt, self._pilot.interval
         acts = floor(t / interval + ROUNDING) + 1
         end = max(tick + 1, self._taken + ceil(acts * interval / self._dt - ROUNDING))
-        found = self._pilot.act(t, self._reading(tick), self._position, self._velocity)
+        found = self._pilot.act(t, *self._reading(tick), self._position, self._velocity)
         held = self.sent[tick + self._late : end + self._late]
         held[:, self._pilot.columns] = np.minimum(np.maximum(found, self._low), self._high)
         return self.sent[tick:end]
 
-    def _reading(self, tick: int) -> Attitude:
-        """What the IMU said last."""
+    def _reading(self, tick: int) -> tuple[Attitude, float]:
+        """What the IMU said last, the yaw rate apart, in [rad/s]."""
         read = self._gait.imu.latest(tick, self._dt)
         if read != self._read:
             row, self._read = read - 1 - self._old, read
             trunk = self._first if row < 0 or self._tape is None else self._tape.trunk[row]
             seen = trunk.tolist()
-            self._felt = self._readings.told(tuple(seen[3:7]), tuple(seen[10:13]))
+            state = tuple(seen[3:7]), tuple(seen[10:13])
+            self._felt = self._readings.told(*state), self._readings.turning(*state)
         return self._felt
 
     def begin(self, trunk: np.ndarray) -> None:

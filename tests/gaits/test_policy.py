@@ -199,7 +199,7 @@ def test_history_is_the_oldest_first_in_frames_or_in_terms(tmp_path: Path) -> No
         )
         rest = wiring.pose[wiring.columns]
         for k in range(4):
-            found = pilot.act(0.2 * k, UPRIGHT, rest, np.zeros(2))
+            found = pilot.act(0.2 * k, UPRIGHT, 0.0, rest, np.zeros(2))
             np.testing.assert_allclose(found, rest + 0.5 * (k + 1))
         fed[order] = network.given
     np.testing.assert_allclose(fed["frames"][0], [0, 0, 0, 1] * 3, atol=1e-9)
