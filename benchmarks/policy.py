@@ -63,8 +63,10 @@ def main() -> None:
         table.write_text(trajectory_text(np.arange(len(rows)) * walk.engine.dt, joints, rows, []))
         gait = Recorded(file=str(table), stand_time=0.0, period=0.8, repeat=False)
         recorded = replace(walk, gait=gait, gait_code=plugin("gait", "trajectory"))
-        recorded = replace(recorded, horizon=replace(walk.horizon, time=log.header.dt * len(log)))
-        seconds(recorded)
+        whole = replace(walk.horizon, cycles=1000.0, time=log.header.dt * len(log))
+        recorded = replace(recorded, horizon=whole)
+        if len(seconds(recorded)[1]) != len(log):
+            raise SystemExit("the two trials are not as long")
         ratios = [seconds(by_policy)[0] / seconds(recorded)[0] for _ in range(given.rounds)]
     low, high = np.percentile(ratios, [25, 75])
     print(

@@ -211,7 +211,7 @@ def remembered(make: Callable[P, R]) -> Callable[P, R]:
             hash(args)
         except TypeError:
             return make(*args, **kwargs)
-        return cast(R, kept(*args, **kwargs))
+        return kept(*args, **cast(Any, kwargs))
 
     return found
 
