@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from gaitlab.gaits.policy import Gait
 from gaitlab.model.foreign.robot_file import load_robot
 from gaitlab.model.urdf import urdf
 from gaitlab.motions.trajectory import load_trajectory
@@ -22,7 +23,14 @@ from tests.synthetic import walk
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-APART = ("adding", "export", "nightly", "optimising", "your_walk")  # pages with tests of their own
+APART = (
+    "adding",
+    "export",
+    "nightly",
+    "optimising",
+    "your_policy",
+    "your_walk",
+)  # pages with tests of their own
 # Steps in place on two grounds, half a cycle each; enough to report, to query and to film.
 TINY = """\
 name: eros_quick
@@ -142,6 +150,30 @@ def test_every_step_of_the_guide_to_ones_own_walk_works(tmp_path: Path) -> None:
     ]
     assert told[0] == told[1]
     assert "hard_floor" in told[0]
+
+
+@pytest.mark.long
+def test_every_step_of_the_guide_to_ones_own_policy_works(tmp_path: Path) -> None:
+    pytest.importorskip("onnx")
+    pytest.importorskip("onnxruntime")
+    page = ROOT / "docs" / "your_policy.md"
+    reader(page, tmp_path)
+    lines = [line.split(" #")[0].strip() for line in "".join(blocks(page, "sh")).splitlines()]
+    for words in (shlex.split(line) for line in lines if line):
+        if words[0] == "python3":
+            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True)
+            continue
+        done = gaitlab(*words[1:], folder=tmp_path)
+        assert done.returncode == 0, f"{words}: {done.stderr}"
+    told = (tmp_path / "reports" / "our_march" / "details.md").read_text()
+    shown = (tmp_path / "reports" / "our_march" / "README.md").read_text()
+    for name in ("low.onnx", "high.onnx"):
+        digest = Gait(file=str(tmp_path / name), declaration=str(tmp_path / "march.yaml")).digest
+        assert digest[:16] in told
+        assert name in shown
+    asked = "SELECT count(*), sum(stable::int) FROM trials WHERE surface = 'hard_floor'"
+    found = gaitlab("query", asked, "--format", "csv", folder=tmp_path).stdout.split()[-1]
+    assert found == "6,6", "a march on the floor stays up"
 
 
 def test_the_robot_and_servo_of_the_guide_are_what_is_walked(

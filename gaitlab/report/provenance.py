@@ -136,7 +136,8 @@ class DescribedPart:
         for item in self.parameters():
             path = f"{self.path}.{item.name}"
             value = self._value(item)
-            varied = {path, f"{self.path}.{item.contents_of}"} & self.varied
+            files = {f"{self.path}.{name}" for name in item.contents_of}
+            varied = {path, *files} & self.varied
             shown = "*varied*" if varied else escape(value_text(value))
             rows.append(
                 [

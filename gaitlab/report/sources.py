@@ -90,7 +90,7 @@ def _files(experiment: Experiment) -> Iterator[tuple[str, str]]:
             group, _, name = path.partition(".")
             owner = getattr(experiment.parts, group, None)
             for item in parameters(type(owner)) if owner and name else ():
-                if item.contents_of == name:
+                if name in item.contents_of:
                     for value in dict.fromkeys(values):
                         held = getattr(changed(owner, {name: value}), item.name)
                         yield f"file {value_text(value)}", f"digest {code(held[:16])}"
