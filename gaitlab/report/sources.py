@@ -10,6 +10,7 @@ import pandas as pd
 from gaitlab.experiment import Experiment, changed
 from gaitlab.experiment.shell import command, store_option
 from gaitlab.model.balance import Balance
+from gaitlab.model.servo import Servo
 from gaitlab.parameters import parameters
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
@@ -116,9 +117,9 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Desc
         yield DescribedPart(
             title=f"robot {names.robot}", path="robot", value=trial.robot, varied=varied
         )
-        for name, servo in _servos(trial).items():
+        for name, told, servo in _servos(trial):
             notes = servo_notes(trial.robot, name, experiments[0].path.parent)
-            title = f"servo {name}{of}"
+            title = f"servo {told}{of}"
             yield DescribedPart(title=title, path="servo", value=servo, varied=varied, notes=notes)
     yield from _balance_parts(experiments, varied)
     yield from _ground_parts(experiments, varied)
@@ -165,7 +166,12 @@ def _varied(experiments: Sequence[Experiment], results: Results) -> Iterator[str
         yield from variant.values
 
 
-def _servos(trial: Trial) -> dict[str, object]:
-    """Servo types by name, each once."""
-    names = [joint.servo for joint in trial.robot.tree.joints if joint.servo is not None]
-    return dict(zip(names, trial.servos, strict=True))
+def _servos(trial: Trial) -> Iterator[tuple[str, str, Servo]]:
+    """Name, title and numbers of every servo type, once; by joints where a gait set gains."""
+    where: dict[str, dict[Servo, list[str]]] = {}
+    driven = [joint for joint in trial.robot.tree.joints if joint.servo is not None]
+    for joint, servo in zip(driven, trial.servos, strict=True):
+        where.setdefault(str(joint.servo), {}).setdefault(servo, []).append(joint.name)
+    for name, kinds in where.items():
+        for servo, joints in kinds.items():
+            yield name, name if len(kinds) == 1 else f"{name} of {', '.join(joints)}", servo
