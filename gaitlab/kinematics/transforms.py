@@ -53,13 +53,21 @@ def homogeneous(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
 
 def rotation_of(quaternion: np.ndarray) -> np.ndarray:
     """Rotation matrices of unit quaternions xyzw (..., 4). Shape (..., 3, 3)."""
-    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    given = np.asarray(quaternion, dtype=float)
+    x, y, z, w = given[..., 0], given[..., 1], given[..., 2], given[..., 3]
+    xx, yy, zz = x * x, y * y, z * z
+    xy, xz, yz, xw, yw, zw = x * y, x * z, y * z, x * w, y * w, z * w
+    found = np.empty((*given.shape[:-1], 3, 3))  # written in place: a loop asks for a few at once
+    found[..., 0, 0] = 1 - 2 * (yy + zz)
+    found[..., 0, 1] = 2 * (xy - zw)
+    found[..., 0, 2] = 2 * (xz + yw)
+    found[..., 1, 0] = 2 * (xy + zw)
+    found[..., 1, 1] = 1 - 2 * (xx + zz)
+    found[..., 1, 2] = 2 * (yz - xw)
+    found[..., 2, 0] = 2 * (xz - yw)
+    found[..., 2, 1] = 2 * (yz + xw)
+    found[..., 2, 2] = 1 - 2 * (xx + yy)
+    return found
 
 
 def quaternion_of(rotation: np.ndarray) -> np.ndarray:
