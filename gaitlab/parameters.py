@@ -49,6 +49,8 @@ class Parameter:
         late: Came when results were there already: at its default, which changes nothing, it
             stays out of what a trial is called by.
         former: The unit it once had; None if it always had this one.
+        contents_of: The parameter, a file, whose content this one stands for and is filled in from.
+            The place of that file is then no part of what a trial is called by.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Parameter:
     source: str = ""
     late: bool = False
     former: Former | None = None
+    contents_of: str = ""
 
 
 def parameter(
@@ -73,10 +76,12 @@ def parameter(
     source: str = "",
     late: bool = False,
     former: Former | None = None,
+    contents_of: str = "",
 ) -> Any:
     """A dataclass field with unit, inclusive range [low, high], meaning and source."""
     metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "source": source}
-    return field(default=default, metadata={**metadata, "late": late, "former": former})
+    rest = {"late": late, "former": former, "contents_of": contents_of}
+    return field(default=default, metadata={**metadata, **rest})
 
 
 @cache
@@ -191,14 +196,23 @@ def canonical_json(data: object) -> str:
 
 
 def fragment(owner: object) -> str:
-    """Canonical JSON of a dataclass's parameters; remembered, because trials share their parts."""
+    """Canonical JSON of what a dataclass's parameters amount to, wherever its files are.
+
+    Remembered, because trials share their parts.
+    """
     try:
         hash(owner)
     except TypeError:
-        return canonical_json(values(owner))
+        return canonical_json(_contents(owner))
     return _remembered(owner)
+
+
+def _contents(owner: object) -> dict[str, Value]:
+    """Parameters without the places of files whose content is among them."""
+    places = {item.contents_of for item in parameter_table(type(owner)).values()}
+    return {path: value for path, value in values(owner).items() if path not in places}
 
 
 @lru_cache(maxsize=4096)
 def _remembered(owner: object) -> str:
-    return canonical_json(values(owner))
+    return canonical_json(_contents(owner))

@@ -5,12 +5,15 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from gaitlab.model.foreign.robot_file import load_robot
 from gaitlab.model.urdf import urdf
+from gaitlab.motions.trajectory import load_trajectory
 from gaitlab.robots import eros
 from gaitlab.search.winner import FIRST_LINE
 from tests.forked import gaitlab
@@ -19,7 +22,7 @@ from tests.synthetic import walk
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-APART = ("adding", "export", "nightly", "optimising")  # pages with tests of their own
+APART = ("adding", "export", "nightly", "optimising", "your_walk")  # pages with tests of their own
 # Steps in place on two grounds, half a cycle each; enough to report, to query and to film.
 TINY = """\
 name: eros_quick
@@ -106,6 +109,49 @@ def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: 
     assert "### balance steady" in page
     first = (field / "reports" / "steady" / "README.md").read_text()
     assert re.search(r"^\| plain .*\n\| balance ", first, re.MULTILINE)
+
+
+def reader(page: Path, folder: Path) -> None:
+    """The files of a page, each under the name in its first line."""
+    for text in blocks(page, "yaml") + blocks(page, "python"):
+        (folder / text.splitlines()[0].removeprefix("# ")).write_text(text)
+
+
+@pytest.mark.long
+def test_every_step_of_the_guide_to_ones_own_walk_works(tmp_path: Path) -> None:
+    page = ROOT / "docs" / "your_walk.md"
+    reader(page, tmp_path)
+    lines = [line.split(" #")[0].strip() for line in "".join(blocks(page, "sh")).splitlines()]
+    steps = [shlex.split(line) for line in lines if line]
+    assert {words[0] for words in steps} == {"python3", "gaitlab"}
+    for words in steps:
+        if words[0] == "python3":
+            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True)
+            continue
+        done = gaitlab(*words[1:], folder=tmp_path)
+        assert done.returncode == 0, f"{words}: {done.stderr}"
+        if "--dry-run" in words and "our_program.yaml" in words:
+            assert "code of your own" in done.stdout
+            assert not (tmp_path / ".gaitlab").exists()
+    assert "trunk pitch" in done.stdout
+    assert "step time" in done.stdout
+    digest = load_trajectory(tmp_path / "walk.csv").digest
+    told = (tmp_path / "reports" / "our_walk" / "details.md").read_text()
+    assert "walk.csv" in told
+    assert digest in told
+    # What was exported is the same walk, as its head says how to walk it.
+    (_, head, *_) = (tmp_path / "again.csv").read_text().splitlines()
+    gait = "gait:" + head.partition("gait:")[2].replace("./walk.csv", "./again.csv")
+    text = (tmp_path / "our_walk.yaml").read_text()
+    (tmp_path / "again.yaml").write_text(re.sub(r"^gait:.*$", gait, text, flags=re.MULTILINE))
+    assert gaitlab("run", "again.yaml", folder=tmp_path).returncode == 0
+    asked = "SELECT surface, seed, distance, fell, stable FROM trials WHERE experiment = '{}'"
+    told = [
+        gaitlab("query", f"{asked.format(name)} ORDER BY ALL", folder=tmp_path).stdout
+        for name in ("our_walk", "again")
+    ]
+    assert told[0] == told[1]
+    assert "hard_floor" in told[0]
 
 
 def test_the_robot_and_servo_of_the_guide_are_what_is_walked(

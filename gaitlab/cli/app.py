@@ -15,6 +15,7 @@ from typer.main import get_command
 
 from gaitlab.cli.audit import audit
 from gaitlab.cli.catalogue import list_names, show
+from gaitlab.cli.comparing import compare_log
 from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
@@ -27,7 +28,7 @@ from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
-READING = ("list", "show", "query", "ik", "fk")
+READING = ("list", "show", "query", "ik", "fk", "compare-log")
 WRITING = ("robot", "report", "audit", "export", "replay", "baseline")  # files outside the store
 
 
@@ -107,6 +108,9 @@ app.command(short_help="See what a URDF holds, and draft a first walk.")(robot)
 app.command(short_help="Show the parameters behind a name, or a trial.")(show)
 app.command(short_help="Show a trial as a film.")(replay)
 app.command(short_help="Write a log or a robot for another tool.")(export)
+app.command(name="compare-log", short_help="Set a real robot's log beside its simulation.")(
+    compare_log
+)
 app.command(short_help="Count what is done, infeasible, failed and damaged.")(status)
 app.command(cls=QueryCommand)(query)
 app.command(context_settings=NUMBERS)(ik)

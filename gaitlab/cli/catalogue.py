@@ -314,7 +314,7 @@ def _experiment_text(name: str) -> str:
     if is_reproduction(name):
         return _reproduction_text(name)
     experiment = load_experiment(name)
-    planned = plan(experiment)
+    planned = plan(experiment, programs=False)
     lines = [
         experiment.title,
         experiment.description,

@@ -12,6 +12,7 @@ from shutil import get_terminal_size
 from typing import TextIO
 
 from gaitlab.documents.printable import visible
+from gaitlab.plugins import shown
 
 NARROWEST = 22  # characters of a text in a column of its own
 SIX_DIGITS, LONGEST_WHOLE = 1e6, 1e15  # floats between are written out, not as powers of ten
@@ -118,7 +119,7 @@ def number(value: object) -> str:
         return str(value).lower()
     if isinstance(value, float) and SIX_DIGITS <= abs(value) < LONGEST_WHOLE:
         return f"{value:.0f}"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else shown(str(value))
 
 
 def plural(count: int, noun: str) -> str:

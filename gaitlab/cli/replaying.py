@@ -159,6 +159,7 @@ class FormatName(str, Enum):
     mcap = "mcap"
     rerun = "rerun"
     mjcf_urdf = "mjcf-urdf"
+    trajectory = "trajectory"
 
 
 def export(
@@ -166,7 +167,9 @@ def export(
     form: Annotated[
         FormatName,
         typer.Option(
-            "--to", help="csv, mcap (Foxglove, PlotJuggler), rerun, or the robot as mjcf-urdf."
+            "--to",
+            help="csv, mcap (Foxglove, PlotJuggler), rerun, the robot as mjcf-urdf, or what the "
+            "joints were sent as a trajectory.",
         ),
     ] = FormatName.csv,
     output: Annotated[

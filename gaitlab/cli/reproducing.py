@@ -138,7 +138,7 @@ def _plans(members: Sequence[Experiment], store: Store, options: RunOptions) -> 
     needed = {}
     for member in members:
         due = sum(found[member.name].due(options.retry_failed).values())
-        needed[member.name] = cost(plan(member), due, options.workers)
+        needed[member.name] = cost(plan(member, programs=False), due, options.workers)
     whole = _sum(list(needed.values()))
     planned = sum(one.planned for one in found.values())
     cached = sum(one.count("cached") for one in found.values())

@@ -106,7 +106,7 @@ def run(
         wanted = load_experiment(experiment, settings, seeds)
     refuse_study(wanted)
     tell_engine()
-    planned = plan(wanted)
+    planned = plan(wanted, programs=False)
     refuse_large(cost(planned, planned.size, workers), yes)
     if dry_run:
         found = outlook(wanted, results)
@@ -114,6 +114,8 @@ def run(
         needed = cost(planned, due, workers)
         say(plan_text(found, needed, retry_failed, as_json or json_lines))
         return 0
+    for command in planned.written_by:
+        tell(f"walks that are not written yet are now, by {command}")
     progress = progress_of(quiet, json_lines)
     again = arguments_of(experiment, settings, seeds, store)
     try:

@@ -32,7 +32,7 @@ def plan_text(
     wanted: Experiment, results: Store, storage: str | None, jobs: int, as_json: bool
 ) -> str:
     """What a search takes at most, before anything walks."""
-    study, planned = study_of(wanted), plan(wanted)
+    study, planned = study_of(wanted), plan(wanted, programs=False)
     finished = 0
     with suppress(UnknownName):  # nothing was searched yet
         finished = len(history(wanted, results, storage).candidates)

@@ -26,6 +26,7 @@ from gaitlab.experiment.parts import (
     Parts,
     Value,
     changed,
+    placed,
     servo_type,
     try_out,
 )
@@ -116,6 +117,8 @@ def _plugged(
     name = _type_of(kind, node)
     code = checked(name, lambda: plugin(kind, str(name.value), name.folder))
     cls = checked(name, lambda: load_class(kind, str(name.value), name.folder))
+    if hasattr(cls, "declared"):
+        cls, node = cls.declared(node)
     if kind == "gait" and "walk" in node.mapping and hasattr(cls, "of"):
         node = _standing(cls, node, robot)
     elif robot is not None and hasattr(cls, "suited_to"):
@@ -183,12 +186,9 @@ def _given(node: Node, names: Container[str]) -> dict[str, Node]:
 def _with_own_files(cls: type, node: Node) -> Node:
     """Files that parameters name, found from the file that names them."""
     found = {
-        name: value.holding(Node(file=value.file, value=str(value.folder / str(value.value))))
+        name: placed(value)
         for name, value in node.mapping.items()
-        if name in parameter_table(cls)
-        and parameter_table(cls)[name].unit == "file"
-        and isinstance(value.value, str)
-        and is_file_name(value.value)
+        if name in parameter_table(cls) and parameter_table(cls)[name].unit == "file"
     }
     return node.replaced(**found)
 

@@ -13,6 +13,7 @@ from gaitlab.errors import FileError, GaitlabError, Problem, WrongValue
 from gaitlab.experiment.parts import GROUPS, Parts, Value, changed, changes_of, owned
 from gaitlab.experiment.schema import Sections
 from gaitlab.parameters import fragment
+from gaitlab.plugins import shown
 
 ROUNDING = 1e-9  # relative; two values of a list that differ by less are one
 MOST_COMPARED = 200  # combinations of grounds that are looked at for equal ones
@@ -205,6 +206,10 @@ def _values(column: VariedColumn, parts: Parts, problems: list[Problem]) -> Iter
         if value in seen and column.section != "zip":
             problems.append(node.problem(f"{column.path}: {value} is listed twice; keep one"))
         problems += nearly_listed(node, column.path, value, seen)
+        others = {shown(other) for other in seen - {value} if isinstance(other, str)}
+        if isinstance(value, str) and shown(value) in others:
+            message = f"{column.path}: results would call two files {shown(value)}; rename one"
+            problems.append(node.problem(message))
         seen.add(value)
         yield value
 

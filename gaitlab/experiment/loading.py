@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from gaitlab.documents import Node, build, checked, collected, dump, load, plain
+from gaitlab.documents import Node, build, checked, collected, dump, load, parse, plain
 from gaitlab.errors import FileError, Problem, UsageError
 from gaitlab.experiment.assembly import read_depends, read_parts
 from gaitlab.experiment.axes import Axis, VariedColumn, first_values, read_axes, varied_columns
@@ -73,6 +73,24 @@ def load_experiment(
     # A study keeps its name, under which its database refuses what asks for something else.
     changed = plain(tree) != as_written and found.study is None
     return replace(found, form=form_of(changes)) if changed else found
+
+
+def experiment_of(text: str, path: Path, settings: Sequence[str] = ()) -> Experiment:
+    """Experiment of a text that no file holds.
+
+    Args:
+        text: YAML.
+        path: Stands for the file: its folder is where relative files are, its stem is the name.
+        settings: `path=value` each, applied over the text.
+
+    Raises:
+        FileError: Everything that is wrong in it.
+        UsageError: If a setting makes no sense.
+    """
+    tree = parse(text, path)
+    for setting in settings:
+        tree = apply_setting(tree, setting)
+    return _experiment(path, tree, text)
 
 
 def is_reproduction(name_or_path: str | Path) -> bool:
@@ -209,7 +227,7 @@ def _with_all_files(
         if sections.depends is not None:
             message = (
                 "depends: no robot, gait, controller or metric here is a file of your own; leave "
-                "it out"
+                "it out, or move it under `gait:` if it is a program that depends on them"
             )
             raise FileError([sections.depends.problem(message)])
         return parts

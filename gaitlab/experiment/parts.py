@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 from warnings import catch_warnings, simplefilter
@@ -16,7 +16,7 @@ from gaitlab.documents import Node, check, checked
 from gaitlab.errors import WrongValue
 from gaitlab.model import Robot
 from gaitlab.model.balance import Balance, require_joints
-from gaitlab.model.commands import joint_commands, require_playable
+from gaitlab.model.commands import feet_of, joint_commands, require_playable
 from gaitlab.model.gait import Gait, require_walk
 from gaitlab.model.imu import Attitude
 from gaitlab.model.servo import Servo
@@ -167,7 +167,8 @@ class Parts:
         Raises:
             FileError: If it has the wrong type or lies outside the range.
         """
-        value: Value = check(dataclasses.replace(self.parameter(path), name=path), node)
+        item = dataclasses.replace(self.parameter(path), name=path)
+        value: Value = check(item, placed(node) if item.unit == "file" else node)
         return servo_type(node, str(value)) if path == "servo.type" else value
 
     def try_out(self, group: str, changes: Mapping[str, Value]) -> None:
@@ -202,7 +203,7 @@ class Parts:
             simplefilter("ignore")
             made = self.varied(changes)
             end = made.gait.startup_time + made.walking_time
-            feet = made.gait.feet(np.linspace(0.0, end, REHEARSED))
+            feet = feet_of(made.gait, made.robot, np.linspace(0.0, end, REHEARSED))
             joint_commands(made.robot, feet)
             balance = self.balanced(by_group["balance"], made.robot)
             if balance is not None:
@@ -312,7 +313,17 @@ def changed(owner: T, changes: Mapping[str, Value]) -> T:
         head: changed(getattr(owner, head), value) if isinstance(value, dict) else value
         for head, value in groups.items()
     }
+    for item in parameter_table(type(owner)).values():
+        if item.contents_of in fresh:
+            fresh[item.name] = item.default
     return cast(T, dataclasses.replace(cast(Any, owner), **fresh))
+
+
+def placed(node: Node) -> Node:
+    """A file that a parameter names, found from the file that names it; a name stays as it is."""
+    if not isinstance(node.value, str) or not is_file_name(node.value):
+        return node
+    return replace(node, value=str(node.folder / node.value))
 
 
 def servo_type(node: Node, name: str) -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import hypot, inf, prod
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
+from gaitlab.errors import FileError, WrongValue
 from gaitlab.experiment import (
     Experiment,
     Parts,
@@ -19,13 +20,35 @@ from gaitlab.experiment import (
 )
 from gaitlab.model import Robot
 from gaitlab.model.balance import Balance
+from gaitlab.model.commands import require_playable
 from gaitlab.model.gait import Gait
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import Horizon
-from gaitlab.plugins import label
-from gaitlab.simulation.trial import Names, Trial
+from gaitlab.plugins import label, load_class
+from gaitlab.simulation.trial import Names, Plugin, Trial, plugin
 
 SAMPLED_CELLS = 32  # cells whose duration stands for all
+TRAJECTORY = "trajectory"  # the gait that walks what a program wrote
+
+
+@runtime_checkable
+class WrittenWalk(Protocol):
+    """A gait whose walk is written by a program of the team's own, before anything is walked."""
+
+    @property
+    def told(self) -> str:
+        """The program and what it is given, for a message."""
+
+    @property
+    def runs(self) -> str:
+        """The command as it is written, for whoever wants to know what code runs."""
+
+    def walked(self, *, run: bool) -> Mapping[str, Any] | None:
+        """Parameters of the trajectory that it writes; None if it has not and may not run.
+
+        Raises:
+            WrongValue: If it writes none.
+        """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +81,16 @@ class PlannedTrial:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What an experiment amounts to. Sizes are counted, never expanded."""
+    """What an experiment amounts to. Sizes are counted, never expanded.
+
+    Attributes:
+        experiment: The experiment.
+        programs: Whether programs that write its walks may run for it. If not, a walk that is not
+            written yet is planned as if none had ever been walked.
+    """
 
     experiment: Experiment
+    programs: bool = True
 
     @property
     def cell_count(self) -> int:
@@ -84,19 +114,36 @@ class Plan:
 
     def trials(self) -> Iterator[PlannedTrial]:
         """Trials cell by cell, seeds in the order of the file."""
-        maker = _Maker(self.experiment)
+        maker = _Maker(self.experiment, self.programs)
         for cell in self.cells():
             shared = maker.shared(cell.values)
             for seed in self.experiment.seeds:
                 trial = Trial(**shared, seed=seed)
                 yield PlannedTrial(trial=trial, values=cell.values, cell_index=cell.index)
 
+    def write_walks(self) -> None:
+        """Have every walk written that a program writes, so that nothing has to wait for it later.
+
+        Raises:
+            WrongValue: If a program does not write one.
+        """
+        if self.written_by:
+            maker = _Maker(self.experiment, programs=True)
+            for cell in self.cells():
+                maker.shared(cell.values)
+
+    @property
+    def written_by(self) -> list[str]:
+        """Commands of the programs that write its walks; mostly none."""
+        walkers = self.experiment.walkers.values() or [self.experiment.parts]
+        return [parts.gait.runs for parts in walkers if isinstance(parts.gait, WrittenWalk)]
+
     def rounds(self) -> Iterator[tuple[int, PlannedTrial]]:
         """Trials seed by seed, so that every cell has one before any has two.
 
         Each comes with its place among `trials`.
         """
-        maker, seeds = _Maker(self.experiment), self.experiment.seeds
+        maker, seeds = _Maker(self.experiment, self.programs), self.experiment.seeds
         for number, seed in enumerate(seeds):
             for cell in self.cells():
                 trial = Trial(**maker.shared(cell.values), seed=seed)
@@ -106,7 +153,7 @@ class Plan:
     @property
     def seconds(self) -> float:
         """Simulated seconds of a trial if the robot stays up, the mean over a sample of cells."""
-        maker = _Maker(self.experiment)
+        maker = _Maker(self.experiment, self.programs)
         every = max(1, self.cell_count // SAMPLED_CELLS)
         sample = [maker.shared(values) for values in self._spaced(every)]
         return sum(duration(part["gait"], part["horizon"]) for part in sample) / len(sample)
@@ -127,9 +174,9 @@ class Plan:
         return Cell(index=index, values={**values, "surface": names[place]})
 
 
-def plan(experiment: Experiment) -> Plan:
-    """Plan of an experiment."""
-    return Plan(experiment=experiment)
+def plan(experiment: Experiment, *, programs: bool = True) -> Plan:
+    """Plan of an experiment; see `Plan`."""
+    return Plan(experiment=experiment, programs=programs)
 
 
 def duration(gait: Gait, horizon: Horizon) -> float:
@@ -146,6 +193,7 @@ class _Maker:
     """Makes what the trials of a cell share, each part once however many cells want it."""
 
     experiment: Experiment
+    programs: bool
     made: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
     def shared(self, values: Mapping[str, Value]) -> dict[str, Any]:
@@ -153,11 +201,14 @@ class _Maker:
         parts, name = self.experiment.parts_of(values), str(values["surface"])
         robot = self._part("robot", parts.robot, values)
         balance = self._balance(parts, robot, values)
+        servos = self._servos(parts, robot, values)
+        gait = self._part("gait", parts.gait, values)
+        gait, gait_code = self._walked(gait, parts.gait_code, robot, servos)
         return {
             "robot": robot,
-            "gait": self._part("gait", parts.gait, values),
+            "gait": gait,
             "surface": self._part("surface", parts.surfaces[name], values, name),
-            "servos": self._servos(parts, robot, values),
+            "servos": servos,
             "engine": self._part("engine", parts.engine, values),
             "horizon": self._part("horizon", parts.horizon, values),
             "spread": self._part("spread", parts.spread, values),
@@ -168,7 +219,7 @@ class _Maker:
                 balance=None if balance is None else parts.balance_name,
             ),
             "robot_code": parts.robot_code,
-            "gait_code": parts.gait_code,
+            "gait_code": gait_code,
             "balance": balance,
             "balance_code": None if balance is None else parts.balance_code,
             "metric_codes": parts.metric_codes,
@@ -183,6 +234,26 @@ class _Maker:
             self.made[key] = changed(owner, changes) if changes else owner
             try_out(group, self.made[key])
         return self.made[key]
+
+    def _walked(
+        self, gait: Gait, code: Plugin, robot: Robot, servos: tuple[Servo, ...]
+    ) -> tuple[Gait, Plugin]:
+        """The gait, or the trajectory that a program writes for it, and its code."""
+        if not isinstance(gait, WrittenWalk):
+            return gait, code
+        key = ("written", gait, id(robot), servos)
+        if key not in self.made:
+            found = gait.walked(run=self.programs)
+            made = (gait, code)
+            if found is not None:
+                made = load_class("gait", TRAJECTORY)(**found), plugin("gait", TRAJECTORY)
+                try:
+                    require_playable(made[0], robot, servos)
+                except FileError as error:
+                    raise WrongValue(f"{gait.told}: {error}") from error
+            self.made[key] = made
+        walked: tuple[Gait, Plugin] = self.made[key]
+        return walked
 
     def _balance(self, parts: Parts, robot: Robot, values: Mapping[str, Value]) -> Balance | None:
         changes = changes_of("balance", values)

@@ -76,6 +76,11 @@ class Gait:
         Raises:
             WrongValue: If the walk does not start from both feet side by side on level soles.
         """
+        if not hasattr(walk, "feet"):
+            raise WrongValue(
+                "the walk says where joints are and not feet; give hip_height, step_width, "
+                "com_offset and trunk_pitch instead of `walk`"
+            )
         feet = walk.feet(np.zeros(1))
         lean = float(feet.trunk_pitch[0])
         left, right = feet.position[0] @ _lean(lean).T

@@ -15,6 +15,33 @@ from gaitlab.plugins import suggestion
 
 
 @runtime_checkable
+class JointGait(Protocol):
+    """A gait that says where the joints shall be; where the feet are then, its robot says.
+
+    It has `feet_on` in the place of a gait's `feet`, and a `hip_height` of 0 if that, too, follows
+    from the joints.
+    """
+
+    def feet_on(self, robot: Robot, t: np.ndarray) -> FeetPoses:
+        """Foot poses and joints that a robot is commanded at the instants t, in [s]. Shape (n,).
+
+        All of a robot's joints are among `joints`.
+        """
+
+
+def feet_of(gait: Gait | JointGait, robot: Robot, t: np.ndarray) -> FeetPoses:
+    """What a gait means a robot's feet to do at the instants t, in [s]. Shape (n,)."""
+    return gait.feet_on(robot, t) if isinstance(gait, JointGait) else gait.feet(t)
+
+
+def hip_height_of(gait: Gait, robot: Robot) -> float:
+    """Height of the hip axes over the lower sole as a robot starts to walk, in [m]."""
+    if not isinstance(gait, JointGait) or gait.hip_height:
+        return gait.hip_height
+    return -float(gait.feet_on(robot, np.array([gait.startup_time])).position[0, :, 2].min())
+
+
+@runtime_checkable
 class Particular(Protocol):
     """A gait that does not suit every robot, and says so before anything runs."""
 
@@ -43,7 +70,12 @@ def joint_commands(robot: Robot, feet: FeetPoses) -> np.ndarray:
         Infeasible: If a foot is out of reach, a joint beyond its limit, or the robot lacks a joint
             that the gait sets.
     """
-    targets, given = robot.joint_targets(feet), feet.joints
+    given = feet.joints
+    if given and all(joint.name in given for joint in robot.tree.joints):
+        commands = np.stack([given[joint.name] for joint in robot.tree.joints], axis=-1)
+        require_limits("gait", robot.tree.joints, commands)
+        return commands
+    targets = robot.joint_targets(feet)
     if not given:
         return targets
     column = {joint.name: index for index, joint in enumerate(robot.tree.joints)}

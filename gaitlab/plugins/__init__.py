@@ -72,6 +72,7 @@ MEMBERS: dict[str, tuple[str, ...]] = {  # of their protocols
     "robot": ("name", "feet", "tree", "sole", "joint_targets", "hip_offset"),
     "balance": ("imu", "joints", "controller"),
 }
+INSTEAD = {"feet": "feet_on"}  # members that another one stands in for
 Files = tuple[tuple[str, str], ...]  # names beside a file, each with the SHA-256 of what it holds
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
@@ -137,6 +138,11 @@ def is_file_name(name: str) -> bool:
 def label(name: str) -> str:
     """What a name or a file is called in tables: the stem of the file."""
     return Path(name).stem if is_file_name(name) else name
+
+
+def shown(value: str) -> str:
+    """A file of the user's own by its name, as tables have it; any other text as it is."""
+    return Path(value).name if Path(value).is_absolute() else value
 
 
 def locate(kind: Kind, name: str, relative_to: Path | None = None) -> Path:
@@ -268,6 +274,7 @@ def _require_members(kind: CodeKind, path: Path, cls: type) -> None:
         message = f"has a field whose type cannot be read: {error}; mend its annotation"
         raise wrong_file(path, None, message) from error
     fields |= {item.name for item in dataclasses.fields(cls)}
+    fields |= {member for member, other in INSTEAD.items() if hasattr(cls, other)}
     lacking = [name for name in MEMBERS[kind] if name not in fields and not hasattr(cls, name)]
     if lacking:
         needs = f"a {kind} has {', '.join(MEMBERS[kind])}"

@@ -99,9 +99,10 @@ def _known(code: Mapping[str, Any], known: Mapping[str, Plugin]) -> Mapping[str,
 
 
 def _units(experiments: Sequence[Experiment]) -> dict[str, str]:
-    """SI unit of everything that is varied; names and ratios have none."""
+    """SI unit of everything that is varied; names, files and ratios have none."""
     varied = {path: e.parts for e in experiments for path in e.varied if "." in path}
-    return {path: parts.parameter(path).unit for path, parts in varied.items()}
+    units = {path: parts.parameter(path).unit for path, parts in varied.items()}
+    return {path: "-" if unit == "file" else unit for path, unit in units.items()}
 
 
 def _told_apart(trials: pd.DataFrame, paths: list[str], fixed: Sequence[str]) -> list[str]:

@@ -136,7 +136,8 @@ class DescribedPart:
         for item in self.parameters():
             path = f"{self.path}.{item.name}"
             value = self._value(item)
-            shown = "*varied*" if path in self.varied else escape(value_text(value))
+            varied = {path, f"{self.path}.{item.contents_of}"} & self.varied
+            shown = "*varied*" if varied else escape(value_text(value))
             rows.append(
                 [
                     code(item.name),

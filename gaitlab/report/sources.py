@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from gaitlab.experiment import Experiment
+from gaitlab.experiment import Experiment, changed
 from gaitlab.experiment.shell import command, store_option
 from gaitlab.model.balance import Balance
+from gaitlab.parameters import parameters
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code
 from gaitlab.report.page import Sources
@@ -22,6 +23,7 @@ from gaitlab.report.provenance import (
     servo_notes,
 )
 from gaitlab.report.results import Results
+from gaitlab.report.variants import value_text
 from gaitlab.report.words import plural, surface_text
 from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from gaitlab.store import Store
@@ -73,11 +75,25 @@ def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str
     counts = [f"{int(states[name])} {name.lower()}" for name in order if name in states.index]
     return {
         **digests,
+        **{name: digest for experiment in experiments for name, digest in _files(experiment)},
         "trials": f"{plural(len(results.trials), 'trial')} planned: {', '.join(counts)}",
         "seeds": seeds_text(int(seed) for seed in results.trials["seed"]),
         "physics version": str(PHYSICS_VERSION),
         **{k.replace("_", " "): v for k, v in common_values(records(results)).items()},
     }
+
+
+def _files(experiment: Experiment) -> Iterator[tuple[str, str]]:
+    """Files that are varied, by name, and the digest of what each of them holds."""
+    for axis in experiment.axes:
+        for path, *values in zip(axis.paths, *axis.rows, strict=True):
+            group, _, name = path.partition(".")
+            owner = getattr(experiment.parts, group, None)
+            for item in parameters(type(owner)) if owner and name else ():
+                if item.contents_of == name:
+                    for value in dict.fromkeys(values):
+                        held = getattr(changed(owner, {name: value}), item.name)
+                        yield f"file {value_text(value)}", f"digest {code(held[:16])}"
 
 
 def records(results: Results) -> Iterator[dict[str, object]]:

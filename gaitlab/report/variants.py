@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.experiment.reference import ReferenceTable
+from gaitlab.plugins import shown
 
 PLAIN = "plain"
 TYPED = 9  # digits that somebody may have typed; a computed number has more
@@ -57,7 +58,7 @@ def is_off(value: object) -> bool:
 def value_text(value: object) -> str:
     """A value as a reader writes it: as it was typed, or if it was computed to four digits."""
     if not isinstance(value, (float, np.floating)):
-        return str(value)
+        return shown(str(value))
     short, typed = f"{value:.4g}", f"{value:.{TYPED}g}"
     return typed if float(typed) == value != float(short) else short
 

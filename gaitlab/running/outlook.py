@@ -83,7 +83,7 @@ def cost(planned: Plan, trials: int, jobs: int) -> Cost:
 
 def outlook(experiment: Experiment, store: Store) -> Outlook:
     """How every cell of an experiment stands, without running or writing anything."""
-    planned = plan(experiment)
+    planned = plan(experiment, programs=False)
     past = Past(basis(experiment), store.earlier(experiment.listed_as))
     standing = standings(store.index(), past)
     cells: dict[int, Counter[Standing]] = {}
@@ -97,7 +97,10 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
         standings=[cells[index] for index in sorted(cells)],
         values=[values[index] for index in sorted(values)],
         trial_seconds=planned.seconds,
-        own_code=tuple(code.told for code in codes if code.is_code),
+        own_code=(
+            *(code.told for code in codes if code.is_code),
+            *planned.written_by,
+        ),
         swept=experiment.design.texts if experiment.design else {},
     )
 

@@ -53,12 +53,14 @@ def dispatch(
 
     Raises:
         NoEngine: If an engine that it asks for is not installed.
+        WrongValue: If a program of the team's own writes no walk.
         StoreError: If the store is held by another run, cannot be written or has vanished.
         StoreFull: If there is no room; says how much the rest needs.
         KeyboardInterrupt: At the second Ctrl-C.
     """
     for name in experiment.engines:
         require_engine(name)
+    plan(experiment).write_walks()
     with store.lock() as held:
         forecast = Forecast(workers=jobs)
         sweep = _Sweep(experiment, store, held, retry_failed, progress or Progress(), forecast)

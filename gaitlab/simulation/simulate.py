@@ -18,7 +18,7 @@ from gaitlab.model import (
     standing,
 )
 from gaitlab.model.clearance import require_apart
-from gaitlab.model.commands import joint_commands
+from gaitlab.model.commands import feet_of, hip_height_of, joint_commands
 from gaitlab.model.gait import FeetPoses, first_step, require_feet
 from gaitlab.model.randomness import randomness
 from gaitlab.servos.law import stiffness, torque_limit
@@ -33,7 +33,7 @@ from gaitlab.surfaces.tipping import settled
 
 SMALL = 1e-4  # m, by which soles are moved to see how legs bend
 
-__all__ = ["engine_for", "simulate", "start_of"]
+__all__ = ["commanded", "engine_for", "simulate", "start_of"]
 
 
 def simulate(trial: Trial) -> TrialLog:
@@ -46,16 +46,28 @@ def simulate(trial: Trial) -> TrialLog:
         GaitlabError: If the simulation leaves the numbers; the trial has no result.
     """
     header = _header(trial)
-    ticks = _ticks(trial)
-    feet = trial.gait.feet(np.arange(ticks) * header.dt)
-    require_feet(feet, ticks)
+    feet, targets = commanded(trial)
     header = replace(header, first_step_time=first_step(feet) * header.dt)
-    targets = joint_commands(trial.robot, feet)
     require_apart(trial.robot, targets, header.dt)
     loop = loop_of(trial, feet, targets)
     with engine_for(trial, feet) as engine:
         tape = _walk(engine, loop, header, trial)
     return log_of(tape, trial.robot, header, feet, loop.sent)
+
+
+def commanded(trial: Trial) -> tuple[FeetPoses, np.ndarray]:
+    """What the gait means at every tick up to the horizon, and the joint targets of that.
+
+    Returns:
+        The foot poses, and the targets in [rad], of shape (ticks, joints).
+
+    Raises:
+        Infeasible: If the robot cannot take a commanded pose.
+    """
+    ticks = _ticks(trial)
+    feet = feet_of(trial.gait, trial.robot, np.arange(ticks) * trial.engine.dt)
+    require_feet(feet, ticks)
+    return feet, joint_commands(trial.robot, feet)
 
 
 def engine_for(trial: Trial, feet: FeetPoses) -> Engine:
@@ -93,8 +105,8 @@ def start_of(trial: Trial, feet: FeetPoses) -> Start:
     targets = joint_commands(robot, first)[0]
     lean = axis_rotation("x", roll) @ axis_rotation("y", pitch)
     leg = first.position[0].mean(axis=0) + np.array([0.0, 0.0, robot.sole.height])
-    level = robot.joint_targets(first)[0]
     try:
+        level = robot.joint_targets(first)[0]
         leaning = first.moved(lean @ leg - leg + _sink(trial, first))
         joints = targets + robot.joint_targets(leaning)[0] - level
     except Infeasible:
@@ -164,7 +176,7 @@ def _header(trial: Trial) -> LogHeader:
         joints=(*(joint.name for joint in robot.tree.joints), *rig),
         dt=trial.engine.dt,
         mass=robot.tree.mass,
-        standing_height=robot.hip_offset() + gait.hip_height + gap,
+        standing_height=robot.hip_offset() + hip_height_of(gait, robot) + gap,
         startup_time=gait.startup_time,
         gait_period=gait.gait_period,
         step_length=gait.step_length,

@@ -101,7 +101,7 @@ def test_two_cycles_are_shown_up_to_the_fall() -> None:
 
 def test_the_shading_covers_what_the_gait_commands() -> None:
     log = walk_log()
-    spans = swings(log, toy_trial(NAME).gait)
+    spans = swings(log, toy_trial(NAME).gait, toy_trial(NAME).robot)
     assert [span.foot for span in spans[:4]] == [0, 1, 0, 1]
     first = [span for span in spans if span.foot == 0][1]
     assert first.start == pytest.approx(0.8, abs=2 * log.header.dt)

@@ -19,8 +19,9 @@ from gaitlab.render.export.mcap import write_mcap
 from gaitlab.render.export.model import write_model
 from gaitlab.render.export.recorded import ExportedTrial
 from gaitlab.render.export.rerun import write_rerun
+from gaitlab.render.export.trajectory import EXPORTED, write_trajectory
 
-Format: TypeAlias = Literal["csv", "mcap", "rerun", "mjcf-urdf"]
+Format: TypeAlias = Literal["csv", "mcap", "rerun", "mjcf-urdf", "trajectory"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
@@ -77,6 +78,7 @@ _WRITERS: dict[Format, _Writer] = {
     "mcap": _Writer(write_mcap, ".mcap", b"\x89MCAP", "mcap", "mcap"),
     "rerun": _Writer(write_rerun, ".rrd", b"RRF", "rerun", "rerun-sdk"),
     "mjcf-urdf": _Writer(write_model, "", b"<", endings=(".urdf", ".xml")),
+    "trajectory": _Writer(write_trajectory, "_walk.csv", b"# ", mark=EXPORTED.encode()),
 }
 
 

@@ -103,7 +103,7 @@ def _rows(log: TrialLog, window: tuple[float, float]) -> slice:
 
 
 def _draw(axes: Sequence[Axes], column: WalkPanel, window: tuple[float, float]) -> None:
-    spans = swings(column.walk.log, column.walk.trial.gait)
+    spans = swings(column.walk.log, column.walk.trial.gait, column.walk.trial.robot)
     for axis in axes[:-1]:
         shade(axis, spans)
     for axis, name in zip(axes[:2], ("pitch", "roll"), strict=True):

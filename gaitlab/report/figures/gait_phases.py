@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
+from gaitlab.model import Robot
+from gaitlab.model.commands import feet_of
 from gaitlab.model.gait import Gait
 from gaitlab.render.figure_style import BAND, FAINT, PAPER
 
@@ -29,9 +31,9 @@ def walking_time(log: TrialLog) -> np.ndarray:
     return log["time"] - log.header.startup_time
 
 
-def swings(log: TrialLog, gait: Gait) -> list[Span]:
+def swings(log: TrialLog, gait: Gait, robot: Robot) -> list[Span]:
     """Commanded swings of both feet, in the time of `walking_time`."""
-    swing = gait.feet(log["time"]).swing
+    swing = feet_of(gait, robot, log["time"]).swing
     time = walking_time(log)
     return sorted(span for foot in (0, 1) for span in _spans(time, swing[:, foot], foot))
 
