@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from math import inf
 
 import numpy as np
+import pytest
 
 from gaitlab.log.course import Course
 from gaitlab.simulation.ending import Ending
 from gaitlab.simulation.engine import Engine
+from gaitlab.simulation.engines import ENGINES
 from gaitlab.simulation.tape import Tape
+
+INSTALLED = [name for name, kind in ENGINES.items() if find_spec(kind.package)]
+each_engine = pytest.mark.parametrize("engine", INSTALLED)
 
 
 def endless() -> Ending:

@@ -29,12 +29,12 @@ from gaitlab.model.clearance import (
     shape_of,
 )
 from gaitlab.model.commands import joint_commands
-from gaitlab.model.settings import Spread
+from gaitlab.model.settings import EngineName, Spread
 from gaitlab.plugins import locate, names
 from gaitlab.robots.eros import Robot
 from gaitlab.running.run_trial import run_trial
 from gaitlab.simulation.simulate import engine_for, simulate
-from tests.driven import hold
+from tests.driven import each_engine, hold
 from tests.trials import trial as eros
 
 
@@ -183,15 +183,16 @@ def test_such_a_trial_ends_infeasible_and_nothing_is_simulated(tmp_path: Path) -
     assert "overlap" in record.reason
 
 
-def test_legs_that_are_pressed_together_touch_and_do_not_pass() -> None:
-    trial = eros("hard_floor", spread=Spread(tilt=0.0))
+@each_engine
+def test_legs_that_are_pressed_together_touch_and_do_not_pass(engine: EngineName) -> None:
+    trial = eros("hard_floor", spread=Spread(tilt=0.0), engine={"name": engine})
     feet = trial.gait.feet(np.zeros(1))
     target = joint_commands(trial.robot, feet)[0]
     names_of = [joint.name for joint in trial.robot.tree.joints]
     target[names_of.index("left_hip_roll")], target[names_of.index("right_hip_roll")] = -0.3, 0.3
-    with engine_for(trial, feet) as engine:
-        engine.pull((0.0, 0.0, 1.01 * GRAVITY * trial.robot.tree.mass))  # hung up
-        tape = hold(engine, target, 300)
+    with engine_for(trial, feet) as made:
+        made.pull((0.0, 0.0, 1.01 * GRAVITY * trial.robot.tree.mass))  # hung up
+        tape = hold(made, target, 300)
     assert tape.contacts.tick.max(initial=0) < 299  # legs that touch are not on the ground
     flat = np.zeros((300, 3)), np.tile(np.eye(3), (300, 1, 1))
     gaps = legs_gap(trial.robot, trial.robot.tree.poses(*flat, tape.joints[:, 0]))
@@ -201,20 +202,23 @@ def test_legs_that_are_pressed_together_touch_and_do_not_pass() -> None:
     assert -1e-3 < gaps[-1] < 5e-4
 
 
-def test_with_self_collision_a_robot_stands_as_it_did_without() -> None:
+@each_engine
+def test_with_self_collision_a_robot_stands_as_it_did_without(engine: EngineName) -> None:
     """No two links that belong together push each other away."""
     logs = []
     for every in (False, True):
-        trial = eros("hard_floor", stand_time=0.3, spread=Spread(tilt=0.0))
+        still = Spread(tilt=0.0)
+        trial = eros("hard_floor", stand_time=0.3, spread=still, engine={"name": engine})
         trial = replace(trial, robot=replace(trial.robot, self_collision=every))
         logs.append(simulate(replace(trial, horizon=replace(trial.horizon, time=0.1))))
     np.testing.assert_allclose(logs[0]["trunk_z"], logs[1]["trunk_z"], atol=2e-3)
 
 
-def test_only_with_self_collision_an_arm_does_not_pass_through_the_body() -> None:
+@each_engine
+def test_only_with_self_collision_an_arm_does_not_pass_through_the_body(engine: EngineName) -> None:
     deepest = []
     for every in (False, True):
-        trial = eros("hard_floor", spread=Spread(tilt=0.0))
+        trial = eros("hard_floor", spread=Spread(tilt=0.0), engine={"name": engine})
         robot = replace(trial.robot, self_collision=every)
         feet = trial.gait.feet(np.zeros(1))
         target = joint_commands(robot, feet)[0]
@@ -222,8 +226,8 @@ def test_only_with_self_collision_an_arm_does_not_pass_through_the_body() -> Non
         target[joints.index("left_shoulder_pitch")] = 0.0
         target[joints.index("left_shoulder_roll")] = -0.26
         target[joints.index("left_elbow")] = 0.0
-        with engine_for(replace(trial, robot=robot), feet) as engine:
-            now = hold(engine, target, 300).joints[-1:, 0]
+        with engine_for(replace(trial, robot=robot), feet) as made:
+            now = hold(made, target, 300).joints[-1:, 0]
         poses = robot.tree.poses(np.zeros((1, 3)), np.eye(3)[None], now)
         arms = [k for k, link in enumerate(robot.tree.links) if link.name.startswith("left_fore")]
         deepest.append(

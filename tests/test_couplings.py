@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -13,14 +12,12 @@ from gaitlab.model import Box, Coupling, Gantry, Joint, Link, Tree, standing
 from gaitlab.model.settings import EngineName, EngineSettings, Spread
 from gaitlab.model.soles import Sole
 from gaitlab.simulation.engine import Engine
-from gaitlab.simulation.engines import ENGINES, engine_named
+from gaitlab.simulation.engines import engine_named
 from gaitlab.surfaces.files import load_surface
-from tests.driven import hold
+from tests.driven import each_engine, hold
 from tests.ground.bench import LOCK, STILL
 
 POSE = np.zeros(2)
-INSTALLED = [name for name, kind in ENGINES.items() if find_spec(kind.package)]
-each_engine = pytest.mark.parametrize("engine", INSTALLED)
 
 
 @dataclass(frozen=True)

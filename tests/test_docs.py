@@ -40,7 +40,7 @@ horizon: {{cycles: 0.5}}
 surfaces: [grass_50mm, hard_floor]
 grid: {{gait.step_length: [0]}}
 """
-LINK = re.compile(r"\]\((?!https?:|#)([^)\s]+)\)")
+LINK = re.compile(r"\]\((?!https?:)([^)\s]+)\)")
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -60,8 +60,18 @@ def commands(page: Path) -> list[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
-    missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
+    missing = [link for link in LINK.findall(page.read_text()) if not leads(page, link)]
     assert missing == []
+
+
+def leads(page: Path, link: str) -> bool:
+    """Whether there is such a file, with such a heading if the link names one."""
+    name, _, anchor = link.partition("#")
+    target = page.parent / name if name else page
+    if not anchor or not target.exists():
+        return target.exists()
+    titles = re.findall(r"^#+ (.*)$", target.read_text(), flags=re.M)
+    return anchor in {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
 @pytest.fixture(scope="module")

@@ -53,7 +53,7 @@ def dispatch(
 
     Raises:
         NoEngine: If an engine that it asks for is not installed.
-        WrongValue: If a program writes no walk.
+        WrongValue: If a program of the team's own writes no walk.
         StoreError: If the store is held by another run, cannot be written or has vanished.
         StoreFull: If there is no room; says how much the rest needs.
         KeyboardInterrupt: At the second Ctrl-C.

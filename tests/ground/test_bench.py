@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib.util import find_spec
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from gaitlab.model.settings import EngineName, Spread
-from gaitlab.simulation.engines import ENGINES
 from gaitlab.surfaces import TuftedPile
 from gaitlab.surfaces.ground import new_footprint, pile_for
 from gaitlab.surfaces.pile import PileLaw
 from gaitlab.surfaces.press import _loads, press, stand
+from tests.driven import INSTALLED
 from tests.ground import bench as bench_of_turf
 from tests.ground.bench import AREA, GRAVITY, PEDESTALS, STILL, Bench, Sled, surface
 
 GRASS = PEDESTALS[:3]
-INSTALLED = [name for name, kind in ENGINES.items() if find_spec(kind.package)]
 DT = 0.002
 ROUGH = Spread(friction=0.0, servo_gain=0.0, tilt=0.0, position=0.0, terrain=1.0)
 

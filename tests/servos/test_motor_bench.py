@@ -40,7 +40,7 @@ from gaitlab.simulation.bullet.world import (
 from gaitlab.simulation.mujoco.engine import MujocoEngine
 from gaitlab.simulation.simulate import simulate
 from gaitlab.surfaces.files import load_surface
-from tests.driven import drive
+from tests.driven import drive, each_engine
 from tests.ground.bench import STILL
 
 SERVOS = tuple(names("servo"))
@@ -48,7 +48,6 @@ RATIOS = (0.05, 1.0, 15.0, 60.0)  # damping dt / inertia at 2 ms; no shipped joi
 HELD = 1e6  # kg m^2
 HEAVY = 1e4  # kg m^2, which no servo moves in a tenth of a second
 HIGH = 500.0  # m
-each_engine = pytest.mark.parametrize("engine", ["bullet", "mujoco"])
 TOLERANCE = 0.01  # what the bench allows a servo to differ from its file
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -22,19 +21,17 @@ from gaitlab.model.urdf import urdf
 from gaitlab.robots import eros, flow
 from gaitlab.servos.files import load_servo
 from gaitlab.simulation.engine import Engine
-from gaitlab.simulation.engines import ENGINES, engine_named
+from gaitlab.simulation.engines import engine_named
 from gaitlab.simulation.simulate import engine_for, simulate, start_of
 from gaitlab.simulation.tape import Tape
 from gaitlab.simulation.trial import Trial
 from tests.data.make_golden_logs import trials
-from tests.driven import drive, endless
+from tests.driven import INSTALLED, drive, each_engine, endless
 from tests.ground.bench import STILL, Bench, Sled, surface
 
-INSTALLED = [name for name, kind in ENGINES.items() if find_spec(kind.package)]
 GROUNDS = ("hard_floor", "carpet_4mm", "grass_10mm", "grass_30mm", "grass_50mm", "webots_grass")
 ROBOTS = ("eros", "nao", "flow", "bioloid", "biped", "geared", "foreign")
 GEARED = flow.Robot(parallelogram="geared")
-each_engine = pytest.mark.parametrize("engine", INSTALLED)
 each_robot = pytest.mark.parametrize("robot", ROBOTS)
 both = pytest.mark.skipif(len(INSTALLED) < 2, reason="needs two engines")
 

@@ -27,7 +27,7 @@ from mujoco.introspect.structs import STRUCTS
 from numba import carray, types
 from numba.extending import intrinsic
 
-from gaitlab.errors import WrongValue
+from gaitlab.errors import NoEngine
 from gaitlab.kinematics.compiled import njit
 
 VERSION = "4.0"
@@ -85,7 +85,7 @@ def layout() -> Layout:
     """The layout of the MuJoCo that is installed.
 
     Raises:
-        WrongValue: If it is another version, or a struct is not where it is said to be.
+        NoEngine: If it is another version, or a struct is not where it is said to be.
     """
     if not mujoco.__version__.startswith(f"{VERSION}."):
         raise _wrong_version()
@@ -137,7 +137,7 @@ def _check(offsets: np.ndarray) -> None:
     """Compare offsets with where the public arrays are.
 
     Raises:
-        WrongValue: If one differs.
+        NoEngine: If one differs.
     """
     model = mujoco.MjModel.from_xml_string(_PROBE)
     data = mujoco.MjData(model)
@@ -159,8 +159,8 @@ def _check(offsets: np.ndarray) -> None:
         raise _wrong_version()
 
 
-def _wrong_version() -> WrongValue:
-    return WrongValue(
+def _wrong_version() -> NoEngine:
+    return NoEngine(
         f"engine mujoco knows the inside of MuJoCo {VERSION}.x, and this is {mujoco.__version__} "
         f"with another one: `pip install 'mujoco=={VERSION}.*'`"
     )
