@@ -6,7 +6,7 @@ import hashlib
 import json
 import shlex
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -22,6 +22,7 @@ METRICS = (
     "tracking_error",
 )
 KEPT = ("stable", "stable_strict", *METRICS)
+FORMER = "pybullet_version"  # of the provenance, before there was another engine
 NEW = "make a new one with `gaitlab baseline EXPERIMENT --output FILE --force`"
 
 
@@ -129,7 +130,10 @@ def read_baseline(path: Path) -> Baseline:
             f"{path}: the baseline is not what was written: a line was changed, by hand or by a "
             f"merge; restore it, or {NEW}"
         )
-    return found
+    versions = dict(found.provenance)
+    if (bullet := versions.pop(FORMER, None)) is not None:
+        versions |= {"engine": ("bullet",), "engine_version": bullet}
+    return replace(found, provenance=versions)
 
 
 def _content(path: Path) -> object:

@@ -30,15 +30,9 @@ from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from gaitlab.store import Store
 
 PROVENANCE = (
-    *(
-        "gaitlab_version",
-        "engine",
-        "engine_version",
-        "numpy_version",
-        "numba_version",
-        "python_version",
-    ),
-    *("platform", "processor"),
+    *("gaitlab_version", "engine", "engine_version"),
+    "pybullet_version",  # in results from before there was another engine
+    *("numpy_version", "numba_version", "python_version", "platform", "processor"),
 )
 MACHINE = ("git_commit", "host")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -79,3 +80,15 @@ def test_bytes_that_are_no_text_are_refused(tmp_path):
     (tmp_path / "b.json").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(Undecided, match="not JSON"):
         read_baseline(tmp_path / "b.json")
+
+
+def test_a_baseline_from_before_there_was_another_engine_is_one_of_bullet(tmp_path: Path) -> None:
+    before = replace(night(1), provenance={"pybullet_version": ("3.2.7",), "code": ("0" * 16,)})
+    write_baseline(before, tmp_path / "b.json")
+    found = read_baseline(tmp_path / "b.json")
+    assert found.provenance == {
+        "code": ("0" * 16,),
+        "engine": ("bullet",),
+        "engine_version": ("3.2.7",),
+    }
+    assert replace(found, provenance=before.provenance) == before
