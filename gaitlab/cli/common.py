@@ -15,6 +15,7 @@ from gaitlab.cli.printing import DAY, columns, duration, number, plural, size, t
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
+    from gaitlab.experiment import Experiment
     from gaitlab.running import Cost, Outlook, Progress, Standing, Summary
     from gaitlab.store import Store
 
@@ -42,6 +43,16 @@ def tell_engine() -> None:
             f"{ENGINES[REFERENCE].package} is not installed here: what names no engine walks in "
             f"{engine}"
         )
+
+
+def tell_compiling(experiment: Experiment) -> None:
+    """Say why nothing seems to happen at first where an engine has to be compiled."""
+    if "mujoco" not in experiment.engines:
+        return
+    from gaitlab.kinematics.compiled import is_kept
+
+    if not is_kept("loop.advance"):
+        tell("engine mujoco is compiled first, once on this machine, in about a minute")
 
 
 def worker_count(jobs: int | None) -> int:

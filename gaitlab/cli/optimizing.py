@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from gaitlab.cli.common import INTERRUPTED, tell_engine, worker_count
+from gaitlab.cli.common import INTERRUPTED, tell_compiling, tell_engine, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     Engine,
@@ -140,6 +140,7 @@ def optimize(
     if dry_run:
         say(plan_text(experiment, results, storage, workers, as_json))
         return 0
+    tell_compiling(experiment)
     search = _OptimizeRun(
         experiment, results, storage, workers, quiet, as_json, baseline is not None
     )

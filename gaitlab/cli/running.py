@@ -16,6 +16,7 @@ from gaitlab.cli.common import (
     refuse_large,
     refuse_quick,
     summary_text,
+    tell_compiling,
     tell_engine,
     tell_reasons,
     worker_count,
@@ -114,6 +115,7 @@ def run(
         needed = cost(planned, due, workers)
         say(plan_text(found, needed, retry_failed, as_json or json_lines))
         return 0
+    tell_compiling(wanted)
     for command in planned.written_by:
         tell(f"walks that are not written yet are now, by {command}")
     progress = progress_of(quiet, json_lines)

@@ -51,6 +51,12 @@ with suppress(OSError, RuntimeError):
     config.CACHE_DIR = config.CACHE_DIR or str(_folder())  # type: ignore[attr-defined]
 
 
+def is_kept(name: str) -> bool:
+    """Whether a function, `loop.advance` for instance, is known to need no compiling any more."""
+    folder: str = config.CACHE_DIR  # type: ignore[attr-defined]
+    return bool(folder) and any(Path(folder).rglob(f"{name}-*.nbc"))
+
+
 def njit(function: Any = None, **options: Any) -> Any:
     """Compile a function when it is first called; afterwards it is read from the cache.
 
