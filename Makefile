@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c const
 
 # Pythons without a wheel of PyBullet, the newest first; and what depends on Python and the engine.
 NEWER := $(foreach v,3.13 3.12,python$(v) $(wildcard $(HOME)/.pyenv/versions/$(v).*/bin/python$(v)))
-NEUTRAL := tests/simulate tests/servos tests/robots tests/metrics tests/search \
+NEUTRAL := tests/simulate tests/servos tests/metrics tests/search/test_command.py \
   $(addprefix tests/test_,cli.py cli_mistakes.py dispatch.py engine_choice.py executors.py \
   experiment.py missing_engine.py own_code.py plan.py plugins.py run.py store.py systems.py)
 
