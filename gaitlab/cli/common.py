@@ -52,7 +52,7 @@ def tell_compiling(experiment: Experiment) -> None:
     from gaitlab.kinematics.compiled import is_kept
 
     if not is_kept("loop.advance"):
-        tell("engine mujoco is compiled first, once on this machine, in about a minute")
+        tell("engine mujoco is compiled first, once on this machine, in half a minute or more")
 
 
 def worker_count(jobs: int | None) -> int:

@@ -18,14 +18,8 @@ import numba
 from numba.core import config
 
 PACKAGE = Path(__file__).parent.parent
-ROOMS = (
-    "kinematics",
-    "model",
-    "render",
-    "servos",
-    "simulation",
-    "surfaces",
-)  # that compile
+# The rooms that compile.
+ROOMS = ("kinematics", "model", "render", "servos", "simulation", "surfaces")
 KEPT = 30 * 86400.0  # s, after which machine code of another text is thrown away
 
 

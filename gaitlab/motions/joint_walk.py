@@ -10,6 +10,7 @@ and 0 if nobody says. Then no distance was commanded: it is measured, and nothin
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -27,7 +28,7 @@ ROUNDING = 1e-9  # s, and share of a control period
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointWalk:
+class JointWalk(ABC):
     """How joint angles over time are walked."""
 
     unit: Unit = parameter("rad", unit="-", doc="of the angles in the file: rad or deg")
@@ -77,9 +78,9 @@ class JointWalk:
     )
 
     @property
+    @abstractmethod
     def trajectory(self) -> Trajectory:
         """The joint angles over time."""
-        raise NotImplementedError
 
     @property
     def gait_period(self) -> float:
