@@ -52,7 +52,7 @@ def fill(store: Store, source: Store, seeds: int) -> int:
         if item.trial.id not in there:
             cell = originals[_cell(item)]
             copies[cell[item.trial.seed % len(cell)]].append(item)
-    with store.lock():
+    with store.alone():
         for original, items in copies.items():
             _copy(source, original, items, store)
         store.compact()

@@ -194,7 +194,7 @@ def test_a_plan_beyond_all_measure_asks_first(gaitlab) -> None:
 
 
 def test_a_held_store_names_its_holder(gaitlab) -> None:
-    with Store(Path("data")).lock():
+    with Store(Path("data")).alone():
         done = gaitlab("run", EXPERIMENT)
     assert done.code == 7
     assert f"process {os.getpid()}, since" in done.err

@@ -14,7 +14,7 @@ import pytest
 from gaitlab.errors import StoreError
 from gaitlab.experiment.plan import plan
 from gaitlab.running import Ended, Progress, Summary, dispatch, outlook
-from gaitlab.store import Store
+from gaitlab.store import Shard, Store
 from tests.pretended import experiment, pretend, pretend_falling, pretend_well
 
 ROOT = Path(__file__).parent.parent
@@ -130,8 +130,11 @@ def test_an_outlook_says_what_is_new_and_writes_nothing(store: Store) -> None:
 
 
 @pytest.mark.usefixtures("well")
-def test_a_held_store_runs_nothing(store: Store) -> None:
-    with store.lock(), pytest.raises(StoreError, match="another run is using this store"):
+def test_an_experiment_that_is_held_runs_nothing(store: Store) -> None:
+    for held in (store.writing("pretended"), store.writing("pretended", Shard.of("2/3"))):
+        with held, pytest.raises(StoreError, match=r"pretended is run .*--shard|2-of-3"):
+            dispatch(experiment(), store, jobs=0)
+    with store.alone(), pytest.raises(StoreError, match="as a whole"):
         dispatch(experiment(), store, jobs=0)
     assert store.states() == {}
 
@@ -167,7 +170,7 @@ def test_trials_are_discarded_only_from_the_store_that_is_held(
     store: Store, tmp_path: Path
 ) -> None:
     dispatch(experiment(), store, jobs=0)
-    with store.lock() as held:
+    with store.alone() as held:
         store.path.rename(tmp_path / "away")
         shutil.copytree(tmp_path / "away", store.path)
         with pytest.raises(StoreError):

@@ -103,7 +103,7 @@ def test_what_a_killed_writer_left_is_swept_and_never_counted(store: Store) -> N
     stale.write_bytes(store.file(recorded.trial_id(1)).read_bytes())
     assert list(store.states()) == [recorded.trial_id(1)]
     assert store.index().unreadable == ()
-    with store.lock():
+    with store.writing("anything"):
         assert not stale.exists()
 
 
@@ -323,12 +323,12 @@ def test_compacting_a_store_in_order_writes_nothing(store: Store) -> None:
 
 
 def test_a_store_that_is_replaced_while_it_is_held_is_noticed(store: Store, tmp_path: Path) -> None:
-    with store.lock() as held:
+    with store.writing("one") as held:
         held.check()
         store.path.rename(tmp_path / "away")
         with pytest.raises(StoreError, match="vanished"):
             held.check()
-        with store.lock(), pytest.raises(StoreError, match="vanished"):
+        with store.writing("one"), pytest.raises(StoreError, match="vanished"):
             held.check()
 
 
@@ -336,7 +336,7 @@ HOLDER = """
 import sys
 from pathlib import Path
 from gaitlab.store import Store
-with Store(Path(sys.argv[1])).lock():
+with Store(Path(sys.argv[1])).writing("sweep"):
     print("held", flush=True)
     sys.stdin.read()
 """
@@ -358,19 +358,25 @@ def test_a_second_run_is_refused_by_name_and_readers_are_not(store: Store) -> No
     commit(store, 1)
     with hold(store) as process:
         named = f"host {re.escape(socket.gethostname())}, process {process.pid}, since 2"
-        with pytest.raises(StoreError, match=named), store.lock():
+        with pytest.raises(StoreError, match=named), store.writing("sweep"):
             pass
-        assert len(store.states()) == 1
+        with pytest.raises(StoreError, match=named), store.alone():
+            pass
+        with store.writing("another"):
+            commit(store, 2)
+        assert len(store.states()) == 2
         process.communicate("")
-    with store.lock():
-        commit(store, 2)
+    with store.writing("sweep"), store.writing("another"):
+        commit(store, 3)
+    with store.alone():
+        commit(store, 4)
 
 
 def test_a_lock_dies_with_its_holder(store: Store) -> None:
     with hold(store) as process:
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
-    with store.lock():
+    with store.writing("sweep"):
         pass
 
 
@@ -380,6 +386,6 @@ def test_a_copied_store_is_a_store(store: Store, tmp_path: Path) -> None:
     with hold(store) as process:
         shutil.copytree(store.path, tmp_path / "copy")
         copy = Store(tmp_path / "copy")
-        with copy.lock():
+        with copy.writing("sweep"):
             assert copy.table().equals(store.table())
         process.communicate("")

@@ -17,7 +17,7 @@ from gaitlab.errors import UsageError
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
     from gaitlab.running import Cost, Outlook, Progress, Standing, Summary
-    from gaitlab.store import Store
+    from gaitlab.store import Shard, Store
 
 MANY_TRIALS = 100_000  # more need --yes
 LONG = DAY  # s, an estimate beyond this needs --yes
@@ -99,8 +99,15 @@ def refuse_large(needed: Cost, yes: bool) -> None:
     )
 
 
-def summary_text(summary: Summary, arguments: str) -> str:
+def share_of(trials: int, shard: Shard | None) -> int:
+    """Trials of a shard, of an experiment of so many."""
+    return trials if shard is None else -(-trials // shard.count)
+
+
+def summary_text(summary: Summary, arguments: str, shard: Shard | None = None) -> str:
     """The counts of a run in words, and the command that comes next."""
+    whole = arguments
+    arguments += f" --shard {shard}" if shard else ""
     counts = f"{plural(summary.planned, 'trial')}: {summary.cached} cached, {summary.done} done, "
     counts += f"{summary.infeasible} infeasible, {summary.failed} failed"
     counts += f", {summary.left} left" if summary.left else ""
@@ -110,6 +117,8 @@ def summary_text(summary: Summary, arguments: str) -> str:
         return f"{counts}. {falls}\nGo on: gaitlab run {arguments}"
     if summary.failed == summary.planned:
         return f"{counts}. {falls}\nTry again: gaitlab run {arguments} --retry-failed"
+    if shard:
+        return f"{counts}. {falls}\nWhen all shards have ended: gaitlab run {whole}"
     return f"{counts}. {falls}\nReport: gaitlab report {arguments}"
 
 

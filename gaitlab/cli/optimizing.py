@@ -176,6 +176,7 @@ class _OptimizeRun:
 
         self.experiment, self.store, self.storage, self.jobs = experiment, store, storage, jobs
         self.quiet, self.as_json, self.random = quiet, as_json, random
+        self.shared = storage is not None
         self.again = command_line("optimize", experiment, store, storage)
         self.again += " --baseline random" if random else ""
 
@@ -223,7 +224,7 @@ class _OptimizeRun:
             more = plural(len(self.experiment.seeds), "further seed")
             tell(f"Final: the best {len(waiting)} walk with {more} each; --no-validation skips it")
         with other_output_on_stderr():
-            run = running(self.store, self.jobs, progress(quiet=True))
+            run = running(self.store, self.jobs, progress(quiet=True), others=self.shared)
             history, completed = hold_final(result.history, self.store, run)
         return result.with_history(history), completed
 
@@ -237,7 +238,7 @@ class _OptimizeRun:
         if not self.quiet:
             self._say_effort(history)
         with other_output_on_stderr():
-            run = running(self.store, self.jobs, progress(quiet=self.quiet))
+            run = running(self.store, self.jobs, progress(quiet=self.quiet), others=self.shared)
             checked = validate(history, self.store, run, around=not self.random)
         if checked is None:
             return True

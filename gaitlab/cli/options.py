@@ -118,6 +118,15 @@ Jobs: TypeAlias = Annotated[
         help="Worker processes, one a core by default; 0 runs in this process.",
     ),
 ]
+ShardText: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--shard",
+        metavar="I/N",
+        help="Run the I-th of N shares of the experiment, counted from 1; the others may be run "
+        "at the same time, on this machine or on others that see the same store.",
+    ),
+]
 Quick: TypeAlias = Annotated[
     bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
 ]

@@ -12,6 +12,7 @@ from gaitlab.cli.common import (
     plan_object,
     progress_of,
     refuse_large,
+    share_of,
     summary_text,
     tell_reasons,
 )
@@ -22,7 +23,7 @@ from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction import Reproduction
 from gaitlab.running import Cost, Outlook, Summary, cost, dispatch, outlook, total
-from gaitlab.store import Store
+from gaitlab.store import Shard, Store
 
 COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a summary
 
@@ -33,6 +34,7 @@ class RunOptions:
 
     Attributes:
         workers: Worker processes; 0 runs in this process.
+        shard: Which share of each experiment to run; None for all of them.
         retry_failed: Run trials again that failed before.
         as_json: Print the counts as one object.
         json_lines: Print every event as an object.
@@ -42,6 +44,7 @@ class RunOptions:
     """
 
     workers: int
+    shard: Shard | None
     retry_failed: bool
     as_json: bool
     json_lines: bool
@@ -57,7 +60,10 @@ def run_members(whole: Reproduction, store: Store, options: RunOptions, *, dry_r
         UsageError: If all of them together take more than a day and nobody said yes.
         StoreError: If the store cannot be used.
     """
-    costs = [cost(planned, planned.size, options.workers) for planned in map(plan, whole.members)]
+    costs = [
+        cost(planned, share_of(planned.size, options.shard), options.workers)
+        for planned in map(plan, whole.members)
+    ]
     refuse_large(_sum(costs), options.yes)
     if dry_run:
         say(_plans(whole.members, store, options))
@@ -114,6 +120,7 @@ def _run_in_turn(
                 member,
                 store,
                 jobs=options.workers,
+                shard=options.shard,
                 retry_failed=options.retry_failed,
                 progress=progress,
             )
@@ -129,12 +136,13 @@ def _outcome(done: Mapping[str, Summary], found: Summary, options: RunOptions) -
         members = {name: summary_object(summary) for name, summary in done.items()}
         return json.dumps({**summary_object(found), "members": members})
     rows = [[name, *(str(getattr(one, key)) for key in COUNTED)] for name, one in done.items()]
-    return f"{columns(('experiment', *COUNTED), rows)}\n\n{summary_text(found, options.again)}"
+    text = summary_text(found, options.again, options.shard)
+    return f"{columns(('experiment', *COUNTED), rows)}\n\n{text}"
 
 
 def _plans(members: Sequence[Experiment], store: Store, options: RunOptions) -> str:
     """What would run of each member, and of all of them together."""
-    found = {member.name: outlook(member, store) for member in members}
+    found = {member.name: outlook(member, store, options.shard) for member in members}
     needed = {}
     for member in members:
         due = sum(found[member.name].due(options.retry_failed).values())

@@ -7,6 +7,7 @@ import io
 import itertools
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from enum import Enum
@@ -43,7 +44,7 @@ from gaitlab.errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
     from gaitlab.running.verify import Verdict
-    from gaitlab.store import Store, TrialList
+    from gaitlab.store import ShardStatus, Store, TrialList
     from gaitlab.store.index import Index
 
 
@@ -179,7 +180,9 @@ def status(
     ] = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Say how many trials of each experiment are done, and which files are no trials.
+    """Say how many trials of each experiment, and which of its shards, are done.
+
+    Also names the files that are no trials.
 
     \b
     Example:
@@ -188,7 +191,7 @@ def status(
     from gaitlab.store import Store
 
     results = Store(store)
-    with results.lock() if rebuild else nullcontext():
+    with results.alone() if rebuild else nullcontext():
         index = results.rebuild() if rebuild else results.index()
     lists, damaged = results.lists()
     wanted = list(lists) if experiment is None else _registered_names(experiment, lists, results)
@@ -208,6 +211,12 @@ def status(
         *("falls", "fell standing"),
     )
     say(columns(head, [_status_row(found, index) for found in chosen.values()]))
+    for found in chosen.values():
+        shards = results.shards(found, index)
+        if shards and experiment is not None:
+            say(f"\n{_shard_table(found, shards)}")
+        elif shards:
+            tell(_shard_counts(found, shards))
     if not store.is_dir():
         tell(f"{store}: no such folder; nothing was run into it yet")
         return 0
@@ -258,6 +267,20 @@ def _registered_names(experiment: str, lists: Mapping[str, TrialList], results: 
         wanted = load_experiment(experiment)
         results.require_one_file(wanted)
         return [wanted.listed_as]
+
+
+def _shard_table(listed: TrialList, shards: Sequence[ShardStatus]) -> str:
+    rows = [
+        [str(status.shard), status.state, str(status.planned), str(status.left), status.holder]
+        for status in shards
+    ]
+    return columns((f"shard of {listed.experiment}", "state", "planned", "left", "run by"), rows)
+
+
+def _shard_counts(listed: TrialList, shards: Sequence[ShardStatus]) -> str:
+    counts = Counter(status.state for status in shards)
+    states = ", ".join(f"{counts[state]} {state}" for state in ("pending", "running", "done"))
+    return f"{listed.experiment} in {plural(len(shards), 'shard')}: {states}"
 
 
 def _status_row(found: TrialList, index: Index) -> list[str]:
@@ -395,7 +418,7 @@ def _repair(results: Store, found: Verdict) -> None:
     damaged = [error.path for error in found.unsound if error.kind == "damaged"]
     if not damaged:
         return
-    with results.lock():
+    with results.alone():
         for path in damaged:
             if path.exists():
                 tell(f"set aside: {path} is now {results.set_aside(path)}")

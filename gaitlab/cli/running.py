@@ -15,6 +15,7 @@ from gaitlab.cli.common import (
     progress_of,
     refuse_large,
     refuse_quick,
+    share_of,
     summary_text,
     tell_compiling,
     tell_engine,
@@ -30,6 +31,7 @@ from gaitlab.cli.options import (
     Quiet,
     Seeds,
     Settings,
+    ShardText,
     StoreFolder,
     with_engine,
 )
@@ -41,6 +43,7 @@ from gaitlab.cli.printing import (
 
 if TYPE_CHECKING:
     from gaitlab.running import Summary
+    from gaitlab.store import Shard
 
 
 def run(
@@ -52,6 +55,7 @@ def run(
     seeds: Seeds = None,
     settings: Settings = None,
     engine: Engine = None,
+    shard: ShardText = None,
     store: StoreFolder = DEFAULT_STORE,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Run trials again that failed before.")
@@ -76,13 +80,15 @@ def run(
     \b
     Example:
       gaitlab run eros_quick -j 2 --set gait.step_height=0.02
+      gaitlab run eros_quick --shard 1/4
     """
     from gaitlab.experiment import is_reproduction, load_experiment, refuse_study
     from gaitlab.experiment.plan import plan
     from gaitlab.running import cost, dispatch, outlook
-    from gaitlab.store import Store
+    from gaitlab.store import Shard, Store
 
     results, workers = Store(store), worker_count(jobs)
+    share = None if shard is None else Shard.of(shard)
     settings = with_engine(settings, engine)
     if is_reproduction(experiment):
         from gaitlab.cli.reproducing import RunOptions, run_members
@@ -94,6 +100,7 @@ def run(
         again = arguments_of(experiment, settings, seeds, store, quick=quick)
         options = RunOptions(
             workers=workers,
+            shard=share,
             retry_failed=retry_failed,
             as_json=as_json,
             json_lines=json_lines,
@@ -108,9 +115,9 @@ def run(
     refuse_study(wanted)
     tell_engine()
     planned = plan(wanted, programs=False)
-    refuse_large(cost(planned, planned.size, workers), yes)
+    refuse_large(cost(planned, share_of(planned.size, share), workers), yes)
     if dry_run:
-        found = outlook(wanted, results)
+        found = outlook(wanted, results, share)
         due = sum(found.due(retry_failed).values())
         needed = cost(planned, due, workers)
         say(plan_text(found, needed, retry_failed, as_json or json_lines))
@@ -123,7 +130,12 @@ def run(
     try:
         with other_output_on_stderr():
             summary = dispatch(
-                wanted, results, jobs=workers, retry_failed=retry_failed, progress=progress
+                wanted,
+                results,
+                jobs=workers,
+                shard=share,
+                retry_failed=retry_failed,
+                progress=progress,
             )
     except KeyboardInterrupt:
         tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
@@ -131,14 +143,18 @@ def run(
     tell_reasons(results, wanted.listed_as, summary)
     if wanted.form:
         tell(f"the trials of this form of {wanted.name} are listed as {wanted.listed_as}")
-    say(_outcome(summary, again, as_json, json_lines))
+    say(_outcome(summary, again, share, as_json, json_lines))
     return INTERRUPTED if summary.interrupted else SOME_FAILED if summary.failed else 0
 
 
-def _outcome(summary: Summary, arguments: str, as_json: bool, json_lines: bool) -> str:
+def _outcome(
+    summary: Summary, arguments: str, shard: Shard | None, as_json: bool, json_lines: bool
+) -> str:
     """What stdout ends with."""
     from gaitlab.cli.progress import end_line, summary_object
 
     if json_lines:
         return end_line(summary)
-    return json.dumps(summary_object(summary)) if as_json else summary_text(summary, arguments)
+    if as_json:
+        return json.dumps(summary_object(summary))
+    return summary_text(summary, arguments, shard)

@@ -141,8 +141,8 @@ def refuse_study(experiment: Experiment) -> None:
     if experiment.study is not None:
         raise UsageError(
             f"{experiment.name} is a study: its parameters are searched, not varied. Search with "
-            "`gaitlab optimize` in place of `gaitlab run`; its `--export best.yaml` writes an "
-            "experiment that `gaitlab run` walks"
+            "`gaitlab optimize` in place of `gaitlab run`, with --storage or --dask on several "
+            "machines; its `--export best.yaml` writes an experiment that `gaitlab run` walks"
         )
 
 

@@ -45,7 +45,7 @@ def discard_stale(experiment: Experiment, store: Store) -> int:
     known = {key: index.entries[key] for key in _wanted(experiment) if key in index.entries}
     stale = [key for key, entry in known.items() if not _current(entry.details.provenance)]
     if stale:
-        with store.lock() as held:
+        with store.alone() as held:
             store.discard(stale, held)
     return len(stale)
 

@@ -1,14 +1,22 @@
-"""What goes into an executor and what comes out, and the one that runs in this process."""
+"""What goes into an executor and what comes out, the one that runs in this process, and manners.
+
+Manners are for the case that several runs on one store want the same trial: it is simulated once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping
+import time
+from collections import deque
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from gaitlab.errors import StoreError, UnknownName
 from gaitlab.running.worker import Task
-from gaitlab.store import TrialRecord
+from gaitlab.store import Claims, Store, TrialRecord
 
+LOOK = 0.2  # s between two looks at what other runs are simulating
 TIMEOUT = 120.0  # s any trial may take
 TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
 
@@ -82,3 +90,78 @@ class Serial:
     def drain(self) -> None:
         """Stop after the job that runs."""
         self._draining = True
+
+
+class Considerate:
+    """An executor that leaves a trial alone while another run on the store simulates it.
+
+    What others are at comes last; by then it is mostly in the store.
+
+    Args:
+        executor: Runs what nobody else is at.
+        store: Where all of them put their trials.
+    """
+
+    def __init__(self, executor: Executor, store: Store) -> None:
+        self._executor, self._store = executor, store
+        self._claims = Claims(store.path)
+        self._elsewhere: list[Job] = []
+        self._again: deque[Job] = deque()
+        self._draining = False
+
+    @property
+    def running(self) -> int:
+        """Jobs in flight."""
+        return self._executor.running
+
+    def drain(self) -> None:
+        """Take no more jobs; those that run are finished."""
+        self._draining = True
+        self._executor.drain()
+
+    def run(self, jobs: Iterable[Job]) -> Generator[Outcome, None, None]:
+        """Run the jobs, and take from the store what others have put there meanwhile."""
+        waiting = iter(jobs)
+        with closing(self._claims):
+            while True:
+                with closing(self._executor.run(_Claimed(self, waiting))) as outcomes:
+                    for outcome in outcomes:
+                        self._claims.release(outcome.job.trial_id)
+                        yield outcome
+                if self._draining or not self._elsewhere:
+                    return
+                yield from self._settled_elsewhere()
+
+    def claimed(self, waiting: Iterator[Job]) -> Job | None:
+        """The next job that is this run's; None when there is none for now."""
+        while job := next(waiting, None) or (self._again.popleft() if self._again else None):
+            if self._claims.take(job.trial_id):
+                return job
+            self._elsewhere.append(job)
+        return None
+
+    def _settled_elsewhere(self) -> Iterator[Outcome]:
+        """What has been committed of the trials that others were at; the rest is tried again."""
+        time.sleep(LOOK)
+        jobs, self._elsewhere = self._elsewhere, []
+        for job in jobs:
+            self._store.look_anew(job.trial_id)
+            with suppress(UnknownName, StoreError):
+                record = self._store.record(job.trial_id)
+                if record.state != "FAILED":
+                    yield Outcome(job=job, record=record)
+                    continue
+            self._again.append(job)
+
+
+class _Claimed(Iterator[Job]):
+    """Jobs that nobody else is at; like the jobs themselves it may seem to end and go on."""
+
+    def __init__(self, considerate: Considerate, waiting: Iterator[Job]) -> None:
+        self._considerate, self._waiting = considerate, waiting
+
+    def __next__(self) -> Job:
+        job = self._considerate.claimed(self._waiting)
+        if job is None:
+            raise StopIteration
+        return job

@@ -9,9 +9,9 @@ from typing import TypeAlias
 
 from gaitlab.errors import StoreError
 from gaitlab.experiment import Experiment
-from gaitlab.experiment.plan import Plan, plan
+from gaitlab.experiment.plan import Plan, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.store import Index, Listed, Store, listed
+from gaitlab.store import Index, Listed, Shard, Store, listed, shares
 
 WALL_RATIO = 0.35  # s of one core for a simulated second, see benchmarks
 BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks
@@ -81,14 +81,17 @@ def cost(planned: Plan, trials: int, jobs: int) -> Cost:
     return Cost(trials=trials, seconds=seconds, size=trials * ticks * BYTES_PER_TICK)
 
 
-def outlook(experiment: Experiment, store: Store) -> Outlook:
-    """How every cell of an experiment stands, without running or writing anything."""
+def outlook(experiment: Experiment, store: Store, shard: Shard | None = None) -> Outlook:
+    """How every cell of an experiment, or of a shard of it, stands; nothing is run or written."""
     planned = plan(experiment, programs=False)
     past = Past(basis(experiment), store.earlier(experiment.listed_as))
     standing = standings(store.index(), past)
     cells: dict[int, Counter[Standing]] = {}
     values: dict[int, Mapping[str, object]] = {}
+    numbers = dealt(planned, shard.count) if shard else {}
     for item in planned.trials():
+        if shard and numbers[item.trial.id] != shard.number:
+            continue
         cells.setdefault(item.cell_index, Counter())[standing(listed(item))] += 1
         values.setdefault(item.cell_index, item.values)
     walkers = experiment.walkers.values() or [experiment.parts]
@@ -102,6 +105,14 @@ def outlook(experiment: Experiment, store: Store) -> Outlook:
             *planned.written_by,
         ),
         swept=experiment.design.texts if experiment.design else {},
+    )
+
+
+def dealt(planned: Plan, count: int) -> dict[str, int]:
+    """Number of the shard of each trial of a plan, of so many shards; see `shares`."""
+    return shares(
+        {item.trial.id: duration(item.trial.gait, item.trial.horizon) for item in planned.trials()},
+        count,
     )
 
 

@@ -6,7 +6,7 @@ import shutil
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,15 +16,24 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.running.executor import Executor, Job, Outcome, job_of
+from gaitlab.running.executor import Considerate, Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
-from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, standings
+from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, dealt, standings
 from gaitlab.running.processes import executor
 from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Ended, Progress, Started, Summary
 from gaitlab.simulation.engines import engine_of, require_engine
-from gaitlab.store import Held, Scalar, Store, StoreFull, TrialRecord
+from gaitlab.store import (
+    Held,
+    Scalar,
+    Shard,
+    Store,
+    StoreFull,
+    TrialList,
+    TrialRecord,
+    shares,
+)
 from gaitlab.store.store import TABLE_FROM
 
 T = TypeVar("T")
@@ -36,44 +45,69 @@ def dispatch(
     store: Store,
     *,
     jobs: int,
+    shard: Shard | None = None,
+    others: bool = False,
     retry_failed: bool = False,
     progress: Progress | None = None,
 ) -> Summary:
-    """Run the trials of an experiment that the store does not hold yet.
+    """Run the trials of an experiment, or of a shard of it, that the store does not hold yet.
 
     The first Ctrl-C, or SIGTERM, lets the running trials end; the second Ctrl-C kills them. A
     terminal that goes away (SIGHUP) stops nothing.
 
     Args:
         experiment: What to run.
-        store: Where results go; held against other runs meanwhile.
+        store: Where results go. Other experiments, and other shards of this one, may be run on it
+            meanwhile; what two of them want is simulated once.
         jobs: Worker processes; 0 runs every trial in this process.
+        shard: Which share of the experiment to run; None for all of it.
+        others: Whether other processes may run the same meanwhile, since they share a search.
         retry_failed: Run trials again that failed before.
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
 
     Raises:
         NoEngine: If an engine that it asks for is not installed.
         WrongValue: If a program of the team's own writes no walk.
-        StoreError: If the store is held by another run, cannot be written or has vanished.
+        StoreError: If another run is at the same, or the store cannot be written or has vanished.
         StoreFull: If there is no room; says how much the rest needs.
         KeyboardInterrupt: At the second Ctrl-C.
     """
     for name in experiment.engines:
         require_engine(name)
     plan(experiment).write_walks()
-    with store.lock() as held:
-        forecast = Forecast(workers=jobs)
-        sweep = _Sweep(experiment, store, held, retry_failed, progress or Progress(), forecast)
-        return sweep.run(executor(store.path, jobs))
+    with store.writing(experiment.listed_as, shard, others=others) as held:
+        sweep = _Sweep(
+            experiment=experiment,
+            store=store,
+            held=held,
+            shard=shard,
+            retry_failed=retry_failed,
+            progress=progress or Progress(),
+            forecast=Forecast(workers=jobs),
+        )
+        return sweep.run(Considerate(executor(store.path, jobs), store))
 
 
-@dataclass
+def share_out(experiment: Experiment, store: Store, count: int) -> None:
+    """Keep in the store how an experiment is shared out into shards that are run later.
+
+    Raises:
+        StoreError: If another run is at the experiment, or the store cannot be written.
+    """
+    with store.writing(experiment.listed_as):
+        planned = plan(experiment)
+        store.register(experiment, planned.trials(), basis(experiment))
+        store.share_out(experiment.listed_as, dealt(planned, count), count)
+
+
+@dataclass(kw_only=True)
 class _Sweep:
     """One run of one experiment, and its counts so far."""
 
     experiment: Experiment
     store: Store
     held: Held
+    shard: Shard | None
     retry_failed: bool
     progress: Progress
     forecast: Forecast
@@ -123,8 +157,8 @@ class _Sweep:
         past = Past(parts, self.store.earlier(self.experiment.listed_as))
         trials = self._timed(planned, times)
         listed = self.store.register(self.experiment, trials, parts)
-        standing = standings(index, past)
-        stands = {wanted.trial_id: standing(wanted) for wanted in listed.trials}
+        standing, ours = standings(index, past), self._share(listed, times)
+        stands = {t.trial_id: standing(t) for t in listed.trials if t.trial_id in ours}
         counts = Counter(stands.values())
         idle = {CACHED} if self.retry_failed else {CACHED, FAILED_BEFORE}
         todo = {i: times[i] for i, stand in stands.items() if stand not in idle}
@@ -143,6 +177,14 @@ class _Sweep:
         for trial_id, seconds in todo.items():
             self.forecast.expect(self.kinds[trial_id], seconds)
         return todo
+
+    def _share(self, listed: TrialList, times: Mapping[str, float]) -> Collection[str]:
+        """Ids of the trials that this run sees to."""
+        if self.shard is None:
+            return times.keys()
+        numbers = shares(times, self.shard.count)
+        self.store.share_out(listed.experiment, numbers, self.shard.count)
+        return {trial_id for trial_id, number in numbers.items() if number == self.shard.number}
 
     def _timed(self, planned: Plan, times: dict[str, float]) -> Iterator[PlannedTrial]:
         """The trials of a plan, noting their ids, and their time if the robot stays up in [s]."""
@@ -266,6 +308,7 @@ def _megabytes(size: float) -> str:
 
 def settle(store: Store, outcome: Outcome) -> TrialRecord:
     """The record of a trial whose worker was lost: what it committed, or else `FAILED`."""
+    store.look_anew(outcome.job.trial_id)
     with suppress(UnknownName, StoreError):
         committed = store.record(outcome.job.trial_id)
         if committed.state != "FAILED":

@@ -18,7 +18,7 @@ from typing import Literal, TypeAlias
 from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
 from gaitlab.running.basis import basis
-from gaitlab.running.executor import Executor
+from gaitlab.running.executor import Considerate, Executor
 from gaitlab.running.processes import executor
 from gaitlab.running.signals import stoppable
 from gaitlab.search import heartbeat
@@ -145,7 +145,8 @@ def optimize(
 
     Args:
         experiment: A study.
-        store: Where trials go; held against other runs meanwhile.
+        store: Where trials go. Other experiments may be run on it meanwhile, and other processes
+            that share this search.
         jobs: Worker processes; 0 walks every trial in this process.
         storage: Address of a database that several machines share; by default a file of the
             store.
@@ -154,22 +155,25 @@ def optimize(
     Raises:
         UsageError: If the experiment is no study, or the sampler's library is missing.
         NoEngine: If an engine that it asks for is not installed.
-        StoreError: If the store or the database cannot be used, or the database holds another
-            study of this name.
+        StoreError: If another run is at the study, the store or the database cannot be used, or
+            the database holds another study of this name.
         KeyboardInterrupt: At the second Ctrl-C.
     """
     study = study_of(experiment)
     for name in experiment.engines | ({study.confirm} if study.confirm else set()):
         require_engine(name)
     wanted = asks_for(experiment, basis(experiment))
-    with store.lock() as held, Database.opened(experiment, store, storage, wanted) as database:
+    with (
+        store.writing(experiment.listed_as, others=storage is not None) as held,
+        Database.opened(experiment, store, storage, wanted) as database,
+    ):
         search = _Search(
             experiment=experiment,
             study=study,
             store=store,
             held=held,
             database=database,
-            executor=executor(store.path, jobs),
+            executor=Considerate(executor(store.path, jobs), store),
             workers=max(1, jobs),
             shared=storage is not None,
             callback=callback or SearchCallback(),

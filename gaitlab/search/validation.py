@@ -83,11 +83,21 @@ def walk_nothing(experiment: Experiment) -> bool:
     return False
 
 
-def running(store: Store, jobs: int, progress: Progress | None = None) -> Run:
-    """What carries out the experiments of a validation with some worker processes."""
+def running(
+    store: Store, jobs: int, progress: Progress | None = None, *, others: bool = False
+) -> Run:
+    """What carries out the experiments of a validation with some worker processes.
+
+    Args:
+        store: Where trials go.
+        jobs: Worker processes; 0 runs every trial in this process.
+        progress: Is called as trials run.
+        others: Whether other processes share the search, and so its validation.
+    """
 
     def run(experiment: Experiment) -> bool:
-        return not dispatch(experiment, store, jobs=jobs, progress=progress).interrupted
+        summary = dispatch(experiment, store, jobs=jobs, others=others, progress=progress)
+        return not summary.interrupted
 
     return run
 

@@ -8,16 +8,20 @@ from gaitlab.store.durable import StoreFull
 from gaitlab.store.fingerprint import fingerprint
 from gaitlab.store.index import Index
 from gaitlab.store.lists import Listed, TrialList, listed
-from gaitlab.store.lock import Held
+from gaitlab.store.lock import Claims, Held
 from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import Scalar, State, TrialRecord
+from gaitlab.store.shards import Shard, ShardStatus, shares
 from gaitlab.store.store import Store
 
 __all__ = [
+    "Claims",
     "Held",
     "Index",
     "Listed",
     "Scalar",
+    "Shard",
+    "ShardStatus",
     "State",
     "Store",
     "StoreFull",
@@ -26,4 +30,5 @@ __all__ = [
     "Unreadable",
     "fingerprint",
     "listed",
+    "shares",
 ]

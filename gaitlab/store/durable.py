@@ -9,8 +9,11 @@ from __future__ import annotations
 import errno
 import io
 import os
+import secrets
 import stat
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import takewhile
 from pathlib import Path
 
@@ -20,7 +23,12 @@ from gaitlab.errors import StoreError
 PARTIAL = ".tmp"  # ending of a file that is still being written
 LARGEST = 1 << 30  # byte of a file that is read at once
 LEAST_ROOM = 1 << 20  # byte worth freeing, however short the file that found none
+TRIES = 4  # of a rename that a server may have carried out although it answers that it has not
+BETWEEN_TRIES = 0.25  # s, doubled every time
+_PERHAPS_DONE = (errno.ENOENT, errno.EEXIST, errno.ESTALE)
+_WRITER = secrets.token_hex(4)  # of this process; process ids repeat themselves on other machines
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_RENAMELESS = (errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EXDEV)
 _STARVED = (errno.ENOMEM, errno.EMFILE, errno.ENFILE)
 
 
@@ -44,15 +52,47 @@ def write_durably(path: Path, content: bytes, *, within: Path) -> None:
         StoreError: If the disk is full, or the folder cannot be written, is a link or has vanished.
     """
     refuse_links(path, within)
-    partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
+    partial = path.with_name(f"{path.name}.{_WRITER}.{os.getpid()}{PARTIAL}")
     try:
         _make_folder(path.parent)
         _write_synced(partial, content)
-        os.replace(partial, path)
+        _rename(partial, path)
         sync(path.parent)
     except OSError as error:
         _remove_quietly(partial)
         raise unwritable(path, error, len(content)) from error
+
+
+def _rename(partial: Path, path: Path) -> None:
+    """Give a file its name.
+
+    A network file system whose answer was lost asks again, and may then be told that there is no
+    such file, although, or because, the first time worked. So whether it is the same file that
+    now has the name decides, and not the answer.
+    """
+    written = os.stat(partial)
+    for attempt in range(TRIES):
+        try:
+            os.replace(partial, path)
+        except OSError as error:
+            if error.errno not in _PERHAPS_DONE:
+                raise
+            if _is_now(path, written):
+                return
+            if attempt + 1 == TRIES or not path.parent.is_dir():
+                raise
+            time.sleep(BETWEEN_TRIES * 2**attempt)
+        else:
+            return
+
+
+def _is_now(path: Path, written: os.stat_result) -> bool:
+    """Whether the file that was written has this name, once its folder has been looked at anew."""
+    look_anew(path.parent)
+    try:
+        return os.path.samestat(os.lstat(path), written)
+    except OSError:
+        return False
 
 
 def append(path: Path, line: bytes) -> None:
@@ -94,6 +134,7 @@ def unwritable(path: Path, error: OSError | NotAFile, size: int = 0) -> StoreErr
         errno.EROFS: "the file system is read-only; choose another folder with --store DIR",
         errno.ELOOP: "it is a link; move it away",
         errno.ENOENT: "the folder has vanished while it was in use",
+        **dict.fromkeys(_RENAMELESS, "files cannot be renamed there; choose another --store DIR"),
     }.get(number or 0, "make it writable or choose another folder with --store DIR")
     kind = StoreFull if number in _NO_ROOM else StoreError
     return kind(
@@ -129,23 +170,27 @@ def open_to_read(path: Path) -> io.FileIO:
 
 
 def read_whole(path: Path) -> bytes:
-    """Everything in a file of the store.
+    """Everything in a file of the store, even while others replace it.
 
     Raises:
         FileNotFoundError: If there is none.
         NotAFile: If it is no plain file, or longer than any of gaitlab's.
         StoreError: If it cannot be read.
     """
-    try:
-        with open_to_read(path) as file:
-            size = os.fstat(file.fileno()).st_size
-            if size > LARGEST:
-                raise NotAFile(f"{size} bytes, more than gaitlab ever writes into one file")
-            return file.read()
-    except FileNotFoundError:
-        raise
-    except (OSError, MemoryError) as error:
-        raise unreachable(path, error) from error
+    for attempt in range(TRIES):
+        try:
+            with open_to_read(path) as file:
+                size = os.fstat(file.fileno()).st_size
+                if size > LARGEST:
+                    raise NotAFile(f"{size} bytes, more than gaitlab ever writes into one file")
+                return file.read()
+        except FileNotFoundError:
+            raise
+        except (OSError, MemoryError) as error:
+            if not replaced(error) or attempt + 1 == TRIES:
+                raise unreachable(path, error) from error
+            look_anew(path.parent)
+    raise AssertionError("the last try returns or raises")
 
 
 def without_links(path: Path | str, flags: int) -> int:
@@ -169,6 +214,17 @@ def _require_plain(path: Path, status: os.stat_result) -> None:
         raise NotAFile(f"a link to {os.readlink(path)}, not a file")
     if not stat.S_ISREG(status.st_mode):
         raise NotAFile("no plain file but a pipe, a device, a folder or the like")
+
+
+def replaced(error: Exception) -> bool:
+    """Whether a file could not be read because a server has another one under its name by now."""
+    return getattr(error, "errno", None) == errno.ESTALE
+
+
+def look_anew(folder: Path) -> None:
+    """Ask the file system anew what a folder holds; that of a network remembers for a while."""
+    with suppress(OSError):
+        os.listdir(folder)
 
 
 def unreachable(path: Path, error: Exception) -> StoreError:

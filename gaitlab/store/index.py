@@ -11,6 +11,7 @@ import io
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +21,7 @@ from gaitlab.store.durable import (
     NotAFile,
     append,
     open_to_read,
+    replaced,
     unreachable,
     write_durably,
 )
@@ -104,7 +106,9 @@ def _lines(path: Path) -> Iterator[bytes]:
     except NotAFile:
         yield b""
     except OSError as error:
-        raise unreachable(path, error) from error
+        if not replaced(error):
+            raise unreachable(path, error) from error
+        yield b""  # another run has put it in order meanwhile; the trials' files say the rest
 
 
 def reconcile(trials: Path, known: Mapping[str, Entry]) -> Index:
@@ -142,22 +146,9 @@ def _tail(trial_id: str) -> str:
 
 def signature(trials: Path) -> str:
     """Digest of the names and sizes of all trials' files, wherever the store lies."""
-    names: list[str] = []
-    try:
-        with os.scandir(trials) as folders:
-            for folder in folders:
-                names += _sizes(folder)
-    except OSError as error:
-        raise unreachable(trials, error) from error
+    names = (f"{os.path.basename(name)} {size}" for name, size in files_among(trials))
     text = "\n".join(sorted(names))
     return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
-
-
-def _sizes(folder: os.DirEntry[str]) -> list[str]:
-    if not folder.is_dir(follow_symlinks=False):
-        return [folder.name]
-    with os.scandir(folder.path) as files:
-        return [f"{file.name} {file.stat(follow_symlinks=False).st_size}" for file in files]
 
 
 def files_among(trials: Path) -> Iterator[tuple[str, int]]:
@@ -183,7 +174,9 @@ def _files_in(folder: os.DirEntry[str]) -> Iterator[tuple[str, int]]:
     with os.scandir(folder.path) as files:
         for file in files:
             folder_within = file.is_dir(follow_symlinks=False) and not file.name.endswith(ENDING)
-            if not folder_within and not file.name.endswith(PARTIAL):
+            if folder_within or file.name.endswith(PARTIAL):
+                continue
+            with suppress(FileNotFoundError):  # removed since the folder was listed
                 yield file.path, _size(file)
 
 

@@ -51,7 +51,7 @@ def merge(into: Store, other: Store) -> Merged:
         StoreError: If the store is held by a run or cannot be written.
     """
     _check(into, other)
-    with into.lock():
+    with into.alone():
         trials = _Trials(into)
         for name, _ in sorted(files_among(other.path / "trials")):
             if name.endswith(ENDING) or os.path.islink(name):

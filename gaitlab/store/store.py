@@ -24,15 +24,17 @@ from gaitlab.store.lists import (
     Listed,
     Lists,
     TrialList,
+    checked_name,
     earlier_lists,
     read_lists,
     require_one_file,
     write_list,
     write_listed,
 )
-from gaitlab.store.lock import Held, locked
+from gaitlab.store.lock import Held, Part, alone, reserved, shards_at_work, writing
 from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import State, TrialRecord
+from gaitlab.store.shards import Shard, ShardStatus, shard_statuses, write_shares
 from gaitlab.store.table_file import TableFile
 from gaitlab.store.trial_files import TrialFiles
 
@@ -61,19 +63,44 @@ class Store(TrialFiles):
         self._table_file = TableFile(path)
 
     @contextmanager
-    def lock(self) -> Iterator[Held]:
-        """Hold the store against other runs, first clearing what a killed run left half-written.
+    def writing(
+        self, experiment: str, shard: Shard | None = None, *, others: bool = False
+    ) -> Iterator[Held]:
+        """Keep an experiment, or a shard of it, from other runs; those of others go on beside it.
+
+        What a killed run left half-written is cleared first, if nobody else is at work.
+
+        Args:
+            experiment: Its name, as it is listed.
+            shard: Which share of it is run; None for all of it.
+            others: Whether other runs may do the same, since they share a search.
 
         Raises:
-            StoreError: If another run holds it (names host, process and start), or the folder
-                cannot be written.
+            StoreError: If another run is at the same, or the store is changed as a whole (names
+                host, process and start), or the folder cannot be written.
         """
-        with locked(self.path / "lock") as held:
-            sweep(self.path)
+        part = Part(checked_name(experiment), shard.name if shard else "", others)
+        with writing(self.path, self._clear) as held, reserved(self.path, part):
             yield held
 
+    @contextmanager
+    def alone(self) -> Iterator[Held]:
+        """Hold the store as a whole, for what changes more than adding trials.
+
+        Raises:
+            StoreError: If a run is at work (names host, process and start), or the folder cannot
+                be written.
+        """
+        with alone(self.path) as held:
+            self._clear()
+            yield held
+
+    def _clear(self) -> None:
+        """Remove what killed runs left half-written."""
+        sweep(self.path)
+
     def note(self, record: TrialRecord) -> None:
-        """Add a committed trial to the index. Only for the run that holds the lock."""
+        """Add a committed trial to the index. Only for a run that holds its experiment."""
         path = self.file(record.trial_id)
         try:
             size = path.stat().st_size
@@ -86,7 +113,10 @@ class Store(TrialFiles):
         return reconcile(self._trials, read_entries(self._index_file).entries)
 
     def compact(self) -> Index:
-        """Put the index file in order, one line a trial. Only for the run that holds the lock."""
+        """Put the index file in order, one line a trial. Only for a run that holds something.
+
+        A line that another run adds meanwhile may be lost; its trial is then read from its file.
+        """
         known = read_entries(self._index_file)
         found = reconcile(self._trials, known.entries)
         unchanged = found.entries.keys() == known.entries.keys() and all(
@@ -97,7 +127,7 @@ class Store(TrialFiles):
         return found
 
     def rebuild(self) -> Index:
-        """Write the index anew from the trials' files alone. Only under the lock."""
+        """Write the index anew from the trials' files alone. Only for who has the store alone."""
         found = reconcile(self._trials, {})
         write_entries(self._index_file, found.entries.values())
         self._table_file.remove()
@@ -105,7 +135,7 @@ class Store(TrialFiles):
         return found
 
     def tabulate(self) -> None:
-        """Keep the table of a large store beside it, for `query`. Only under the lock."""
+        """Keep the table of a large store beside it, for `query`; derived like the index."""
         if self._table_file.fresh:
             return
         table = self.table()
@@ -150,6 +180,15 @@ class Store(TrialFiles):
     ) -> TrialList:
         """As `register`, for a search: it proposes its trials as it goes."""
         return write_listed(self._experiments, experiment, lines, basis)
+
+    def share_out(self, experiment: str, numbers: Mapping[str, int], count: int) -> None:
+        """Keep how an experiment is shared out: trial id to the number of its shard."""
+        write_shares(self._experiments, experiment, numbers, count)
+
+    def shards(self, listed: TrialList, index: Index) -> list[ShardStatus]:
+        """How far the shards of an experiment are; none if it was never shared out as it is now."""
+        at_work = shards_at_work(self.path, listed.experiment)
+        return shard_statuses(self._experiments, listed, index.entries.keys(), at_work)
 
     def require_one_file(self, experiment: Experiment) -> None:
         """Refuse an experiment whose name is that of another file's results here.

@@ -34,7 +34,7 @@ class TableFile:
         self._trials, self._experiments = store / "trials", store / "experiments"
 
     def write(self, table: pd.DataFrame) -> None:
-        """Keep the table of the store as it is now. Only under the lock."""
+        """Keep the table of the store as it is now; a stamp of another table counts for nothing."""
         from gaitlab.store.tables import write_table  # slow to load, and no worker needs it
 
         stamps = f"{self._times()} {self._contents()}"

@@ -12,7 +12,7 @@ from pathlib import Path
 from gaitlab.errors import StoreError, UnknownName
 from gaitlab.log import TrialLog
 from gaitlab.store import parquet
-from gaitlab.store.durable import refuse_links, unwritable, write_durably
+from gaitlab.store.durable import look_anew, refuse_links, unwritable, write_durably
 from gaitlab.store.entry import trial_file
 from gaitlab.store.lock import Held
 from gaitlab.store.parquet import LogPart, Unreadable
@@ -41,6 +41,10 @@ class TrialFiles:
     def file(self, trial_id: str) -> Path:
         """Where the trial is, or would be."""
         return trial_file(self._trials, trial_id)
+
+    def look_anew(self, trial_id: str) -> None:
+        """Ask the file system anew whether a trial is there; another machine may have put it."""
+        look_anew(self.file(trial_id).parent)
 
     def commit(self, record: TrialRecord, log: TrialLog | None) -> None:
         """Keep a trial for good; it is there wholly or not at all, whatever happens meanwhile.
@@ -131,7 +135,7 @@ class TrialFiles:
             return parquet.written_sha256(path)
 
     def discard(self, trial_ids: Iterable[str], held: Held) -> None:
-        """Drop trials that are to be simulated anew. Only for the run that holds the lock."""
+        """Drop trials that are to be simulated anew. Only for who has the store alone."""
         held.check()
         for trial_id in trial_ids:
             refuse_links(self.file(trial_id), self.path)
