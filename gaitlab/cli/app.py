@@ -24,6 +24,7 @@ from gaitlab.cli.replaying import export, replay
 from gaitlab.cli.results import QueryCommand, merge, query, report, status, verify
 from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
+from gaitlab.cli.submitting import submit
 from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
 
@@ -99,6 +100,7 @@ def gaitlab(
 
 
 app.command(short_help="Simulate what the store does not hold yet.")(run)
+app.command(short_help="Run an experiment on a SLURM cluster, in shards.")(submit)
 app.command(short_help="Search for the parameters that walk best.")(optimize)
 app.command(short_help="Write the tables and figures of experiments or studies.")(report)
 app.command(name="list", short_help="List robots, gaits, surfaces, servos, experiments.")(
