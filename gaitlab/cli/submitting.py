@@ -107,9 +107,12 @@ def submit(
     settings = with_engine(settings, engine)
     with other_output_on_stderr():
         name, members = _members(experiment, settings, seeds, quick)
+        refuse_large(slurm.whole(members, tasks=shards or slurm.MOST_TASKS, cpus=cpus), yes)
         results = Store(store)
         divided = slurm.division(members, results, wanted=shards, cpus=cpus)
     tell_engine()
+    folder = Path(os.path.abspath(results.folder_of(name) / slurm.FOLDER))
+    output = slurm.output_in(folder)
     arguments = arguments_of(experiment, settings, seeds, store, quick=quick)
     if not divided.due:
         tell(f"all trials of {name} are in {store} already. Report: gaitlab report {arguments}")
@@ -127,9 +130,10 @@ def submit(
         arguments=arguments,
         shards=divided.count,
         tasks=divided.tasks,
-        folder=Path(os.path.abspath(results.folder_of(name) / slurm.FOLDER)),
+        folder=folder,
+        output=output,
         cpus=cpus,
-        limit=time or slurm.limit_for(divided.each.seconds),
+        limit=(time or "").strip() or slurm.limit_for(divided.each.seconds),
         options=options,
     )
     if dry_run:

@@ -35,6 +35,7 @@ MINUTE, HOUR, DAY = 60, 3600, 86400
 _LIMIT = re.compile(r"(?:(\d+)-)?(\d+)(?::(\d+))?(?::(\d+))?", re.ASCII)
 _MEMORY = re.compile(r"\d+[KMGT]?", re.ASCII | re.IGNORECASE)
 _WORD = re.compile(r"[\w.,:@%+=/-]+", re.ASCII)  # sbatch reads it as it stands
+_PREFIX = re.compile(r"sbatch: (error: )?")
 _JOB = re.compile(r"(\d+)(;.*)?", re.ASCII)  # a cluster of several adds its name
 
 
@@ -51,6 +52,7 @@ class ArrayJob:
         shards: Into how many the experiment is shared out.
         tasks: Numbers of those that have something left, from 1.
         folder: Where the script and what its tasks print belong.
+        output: File that a task prints to, see `output_in`.
         cpus: Cores of a task.
         limit: How long a task may take, as SLURM writes it.
         options: Further options of sbatch, each as it is typed.
@@ -64,6 +66,7 @@ class ArrayJob:
     shards: int
     tasks: Collection[int]
     folder: Path
+    output: str
     cpus: int
     limit: str
     options: Sequence[str] = ()
@@ -74,17 +77,13 @@ class ArrayJob:
         return self.folder / SCRIPT
 
     def script(self) -> str:
-        """The script.
-
-        Raises:
-            UsageError: If the path of the store is none that SLURM can be told.
-        """
+        """What it says."""
         options = [
             f"--job-name={self.name}",
             f"--array={_ranges(self.tasks)}",
             f"--cpus-per-task={self.cpus}",
             f"--time={self.limit}",
-            f"--output={_pattern(self.folder)}",
+            f"--output={self.output}",
             "--open-mode=append",
             "--requeue",
             *self.options,
@@ -148,6 +147,17 @@ class Division:
     tasks: tuple[int, ...]
     each: Cost
     fitting: int
+
+
+def whole(experiments: Sequence[Experiment], *, tasks: int, cpus: int) -> Cost:
+    """What all trials of experiments take each of so many tasks; counted without expanding."""
+    plans = [plan(experiment, programs=False) for experiment in experiments]
+    costs = [cost(planned, planned.size, tasks * cpus) for planned in plans]
+    return Cost(
+        trials=sum(needed.trials for needed in costs),
+        seconds=sum(needed.seconds for needed in costs),
+        size=sum(needed.size for needed in costs),
+    )
 
 
 def division(
@@ -246,6 +256,22 @@ def require_memory(memory: str) -> None:
         raise UsageError(f"--mem {memory}: allowed is a whole number with K, M, G or T, as in 4G")
 
 
+def output_in(folder: Path) -> str:
+    """What a task prints to in a folder; SLURM fills in its job and number.
+
+    Raises:
+        UsageError: If SLURM would take the folder for another.
+    """
+    text = str(folder)
+    if "\\" in text or len(text.splitlines()) != 1:
+        raise UsageError(
+            f"{text!r}: SLURM cannot write to a folder with a backslash or a line break in its "
+            "name; choose another with --store DIR"
+        )
+    pattern = f"{text.replace('%', '%%')}/%A_%a.out"
+    return pattern if _WORD.fullmatch(pattern) else _quoted(pattern)
+
+
 def line(option: str, text: str) -> str:
     """An option of sbatch for a script, in which it stands on one line.
 
@@ -312,7 +338,8 @@ def _submitted(command: Sequence[str]) -> str:
     done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     ids = [found[1] for line in done.stdout.splitlines() if (found := _JOB.fullmatch(line.strip()))]
     if done.returncode or not ids:
-        words = " ".join(f"{done.stderr} {done.stdout}".split())
+        lines = [_PREFIX.sub("", line) for line in f"{done.stderr}\n{done.stdout}".splitlines()]
+        words = "; ".join(line for line in lines if line.strip())
         raise UsageError(f"sbatch refuses: {words or f'exit code {done.returncode}'}")
     return ids[-1]
 
@@ -326,22 +353,6 @@ def _ranges(numbers: Collection[int]) -> str:
         else:
             runs.append([number])
     return ",".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
-
-
-def _pattern(folder: Path) -> str:
-    """Where a task prints to, its job and number filled in by SLURM.
-
-    Raises:
-        UsageError: If SLURM would take the folder for another.
-    """
-    text = str(folder)
-    if "\\" in text or len(text.splitlines()) != 1:
-        raise UsageError(
-            f"{text!r}: SLURM cannot write to a folder with a backslash or a line break in its "
-            "name; choose another with --store DIR"
-        )
-    pattern = f"{text.replace('%', '%%')}/%A_%a.out"
-    return pattern if _WORD.fullmatch(pattern) else _quoted(pattern)
 
 
 def _quoted(text: str) -> str:
