@@ -107,6 +107,7 @@ class Considerate:
         self._claims = Claims(store.path)
         self._elsewhere: list[Job] = []
         self._again: deque[Job] = deque()
+        self._settled: deque[Outcome] = deque()
         self._draining = False
 
     @property
@@ -128,30 +129,40 @@ class Considerate:
                     for outcome in outcomes:
                         self._claims.release(outcome.job.trial_id)
                         yield outcome
-                if self._draining or not self._elsewhere:
+                        yield from self._of_others()
+                settled = bool(self._settled)
+                yield from self._of_others()
+                if self._draining or not (settled or self._elsewhere):
                     return
-                yield from self._settled_elsewhere()
+                if self._elsewhere:
+                    time.sleep(LOOK)
+                    self._again.extend(self._elsewhere)
+                    self._elsewhere.clear()
 
     def claimed(self, waiting: Iterator[Job]) -> Job | None:
         """The next job that is this run's; None when there is none for now."""
         while job := next(waiting, None) or (self._again.popleft() if self._again else None):
-            if self._claims.take(job.trial_id):
+            if not self._claims.take(job.trial_id):
+                self._elsewhere.append(job)
+            elif (record := self._committed(job.trial_id)) is None:
                 return job
-            self._elsewhere.append(job)
+            else:
+                self._claims.release(job.trial_id)
+                self._settled.append(Outcome(job=job, record=record))
         return None
 
-    def _settled_elsewhere(self) -> Iterator[Outcome]:
-        """What has been committed of the trials that others were at; the rest is tried again."""
-        time.sleep(LOOK)
-        jobs, self._elsewhere = self._elsewhere, []
-        for job in jobs:
-            self._store.look_anew(job.trial_id)
-            with suppress(UnknownName, StoreError):
-                record = self._store.record(job.trial_id)
-                if record.state != "FAILED":
-                    yield Outcome(job=job, record=record)
-                    continue
-            self._again.append(job)
+    def _of_others(self) -> Iterator[Outcome]:
+        """Outcomes of trials that others have committed meanwhile."""
+        while self._settled:
+            yield self._settled.popleft()
+
+    def _committed(self, trial_id: str) -> TrialRecord | None:
+        """What is in the store of a trial that has not failed there."""
+        self._store.look_anew(trial_id)
+        with suppress(UnknownName, StoreError):
+            record = self._store.record(trial_id)
+            return None if record.state == "FAILED" else record
+        return None
 
 
 class _Claimed(Iterator[Job]):

@@ -1,7 +1,8 @@
 """Small sweeps of real plans whose trials are a pure function of their identity.
 
 The simulation is pretended, everything around it is real: plans, processes, signals, Parquet,
-folders. A pretended trial also notes in `twice` when it was started although its file was there.
+folders. A pretended trial notes beside the store in `simulated` that it was started, and in `twice`
+when it was although its file was there.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import os
 import time
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -60,13 +62,18 @@ def pretend(
     ticks: int = 40,
 ) -> TrialRecord:
     results = Store(store)
+    _note(store.parent / "simulated", trial_id)
     if results.file(trial_id).exists():
-        with (store.parent / "twice").open("a") as twice:
-            twice.write(f"{trial_id}\n")
+        _note(store.parent / "twice", trial_id)
     time.sleep(pause)
     record = given(trial_id, trial)
     results.commit(record, recorded.log(ticks, seed=int(trial_id[:6], 16)))
     return record
+
+
+def _note(file: Path, trial_id: str) -> None:
+    with file.open("a") as notes:
+        notes.write(f"{trial_id}\n")
 
 
 def slow(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
@@ -175,8 +182,17 @@ def logs(store: Store) -> dict[str, str]:
 
 def twice(store: Store) -> list[str]:
     """Trials that were started although their file was there."""
-    notes = store.path.parent / "twice"
-    return notes.read_text().split() if notes.exists() else []
+    return _notes(store.path.parent / "twice")
+
+
+def simulated_more_than_once(store: Store) -> list[str]:
+    """Trials that were started more than once, by whomever."""
+    counts = Counter(_notes(store.path.parent / "simulated"))
+    return [trial_id for trial_id, count in counts.items() if count > 1]
+
+
+def _notes(file: Path) -> list[str]:
+    return file.read_text().split() if file.exists() else []
 
 
 def committed(store: Store) -> int:

@@ -104,7 +104,15 @@ WRITES: dict[str, Callable[[Store], object]] = {
 @pytest.mark.parametrize(
     "linked",
     [
-        *("lock", "locks", "claims", "index.jsonl", "trials", "trials/{ab}", "trials/{ab}/{trial}.parquet"),
+        *(
+            "lock",
+            "locks",
+            "claims",
+            "index.jsonl",
+            "trials",
+            "trials/{ab}",
+            "trials/{ab}/{trial}.parquet",
+        ),
         *("experiments", "experiments/pretended", "experiments/pretended/trials.jsonl"),
         *("experiments/pretended/experiment.yaml", "aside", "conflicts", "table.stamp"),
     ],
