@@ -59,6 +59,7 @@ SlurmdTimeout=5
 BatchStartTimeout=1
 MessageTimeout=2
 KillWait=5
+EnforcePartLimits=ALL
 ReturnToService=2
 SlurmdParameters=config_overrides
 NodeName={host} NodeAddr=127.0.0.1 Port={node_port} CPUs={cpus} RealMemory=4000 State=UNKNOWN
@@ -169,6 +170,12 @@ class LoopbackSlurm:
         if done.returncode:  # the controller is busy
             return ["unknown UNKNOWN"]
         return done.stdout.splitlines()
+
+    def states(self, job: str) -> list[str]:
+        """How each task of a job has ended, in the order of their numbers."""
+        done = self.run("squeue", "-h", "-r", "-t", "all", "-j", job, "-o", "%K %T")
+        tasks = sorted(line.split() for line in done.stdout.splitlines())
+        return [state for _, state in tasks]
 
     def wait_until_empty(self, seconds: float) -> None:
         """Wait until every job has ended."""
