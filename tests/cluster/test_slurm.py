@@ -72,7 +72,7 @@ def gaitlab(slurm: LoopbackSlurm, folder: Path, *words: str) -> subprocess.Compl
     path = {"PYTHONPATH": str(ROOT)}
     return subprocess.run(
         [sys.executable, "-m", "gaitlab", *words], env={**slurm.environment, **path}, cwd=folder,
-        capture_output=True, text=True, timeout=170.0, check=False,
+        capture_output=True, text=True, timeout=400.0, check=False,
     )  # fmt: skip
 
 
@@ -127,11 +127,11 @@ def test_a_node_that_dies_again_and_again_leaves_the_table_of_one_machine(
     killed = 0
     with Watched(many / "data") as watched:
         for _ in range(DEATHS):
-            assert until(lambda: any(slurm.queue("RUNNING")), 60.0)
+            assert until(lambda: any(slurm.queue("RUNNING")), 120.0)
             time.sleep(chance.uniform(SETTLED, SETTLED + 5.0))
             killed += slurm.kill_node()
             slurm.start_node()
-        slurm.wait_until_empty(150.0)
+        slurm.wait_until_empty(400.0)
     printed = {file.name: file.read_text() for file in many.glob("data/experiments/*/slurm/*.out")}
     assert set(printed) == {*(f"{array}_{n}.out" for n in range(1, SHARDS + 1)), f"{last}_0.out"}
     assert killed >= DEATHS, "a node died with its jobs each time"
