@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -56,7 +55,7 @@ def tell_compiling(experiment: Experiment) -> None:
 
 
 def worker_count(jobs: int | None) -> int:
-    """Worker processes that --jobs asks for, one a core by default.
+    """Worker processes that --jobs asks for, by default one for each processor there is to use.
 
     Raises:
         UsageError: If the number is negative or absurd.
@@ -65,11 +64,9 @@ def worker_count(jobs: int | None) -> int:
         raise UsageError(
             f"--jobs {jobs}: allowed is 0 (this process) or a number of processes up to {MOST_JOBS}"
         )
-    return _cores() if jobs is None else jobs
+    from gaitlab.running import processors
 
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return processors() if jobs is None else jobs
 
 
 def refuse_quick(experiment: str, quick: bool) -> None:
