@@ -130,6 +130,7 @@ def arguments_of(
 def tell_reasons(results: Store, name: str, summary: Summary) -> None:
     """Why trials have no result, each reason once, with a trial to look at."""
     from gaitlab.experiment.shell import store_option
+    from gaitlab.running.executor import TIMED_OUT
 
     if not summary.failed and not summary.infeasible:
         return
@@ -149,7 +150,10 @@ def tell_reasons(results: Store, name: str, summary: Summary) -> None:
             tell(f"{found} ({look})")
         if len(groups) > SHOWN_REASONS:
             tell(f"{state.lower()}: {len(groups) - SHOWN_REASONS} more reasons")
-    if summary.failed:
+    late = sum(e.state == "FAILED" and e.reason.startswith(TIMED_OUT) for e in wanted)
+    if late:
+        tell("Trials that timed out are run again by the same command; -j N takes fewer workers.")
+    if summary.failed > late:
         tell("`--retry-failed` runs failed trials again.")
 
 
@@ -172,7 +176,8 @@ def plan_text(found: Outlook, needed: Cost, retry_failed: bool, as_json: bool) -
 
 def plan_object(found: Outlook, needed: Cost) -> dict[str, object]:
     """What a plan is for machines."""
-    counts = {"new": 0, "file damaged": 0, "failed before": 0, **found.due(True)}
+    before = ("new", "file damaged", "failed before", "timed out before")
+    counts = {**dict.fromkeys(before, 0), **found.due(True)}
     return {
         "planned": found.planned,
         "cached": found.count("cached"),

@@ -48,7 +48,8 @@ def dispatch(
         experiment: What to run.
         store: Where results go; held against other runs meanwhile.
         jobs: Worker processes; 0 runs every trial in this process.
-        retry_failed: Run trials again that failed before.
+        retry_failed: Run trials again that failed before; those that only took too long are in any
+            case.
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
 
     Raises:
