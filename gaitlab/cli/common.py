@@ -46,12 +46,27 @@ def tell_engine() -> None:
 
 def tell_compiling(experiment: Experiment) -> None:
     """Say why nothing seems to happen at first where an engine has to be compiled."""
+    tell_cache()
     if "mujoco" not in experiment.engines:
         return
     from gaitlab.kinematics.compiled import is_kept
 
     if not is_kept("loop.advance"):
         tell("engine mujoco is compiled first, once on this machine, in half a minute or more")
+
+
+@cache
+def tell_cache() -> None:
+    """Say once where machine code is kept if not where it should be."""
+    from gaitlab.kinematics.caches import NAMED, code_folder
+
+    folder = code_folder()
+    if folder.refused:
+        where = f"in {folder.path}" if folder.path else "nowhere, so each process compiles anew"
+        tell(
+            f"what is compiled is kept {where}: {'; '.join(folder.refused)}. {NAMED}=DIR names "
+            "another folder"
+        )
 
 
 def worker_count(jobs: int | None) -> int:
