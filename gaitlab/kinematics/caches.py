@@ -50,9 +50,10 @@ def code_folder() -> CacheFolder:
     """The folder for machine code: that which `NUMBA_CACHE_DIR` names, else `cache_folder`."""
     if not (named := os.environ.get(NAMED)):
         return cache_folder()
-    first, following = _first(lambda: _made(Path(named))), cache_folder()
+    first = _first(lambda: _made(Path(named)))
     if first.path is not None:
         return first
+    following = cache_folder()
     return CacheFolder(path=following.path, refused=(*first.refused, *following.refused))
 
 
