@@ -81,7 +81,8 @@ def lab(folder: Path) -> Path:
     folder.mkdir()
     shutil.copy(DATA / "stand.py", folder)
     text = (DATA / "stand.yaml").read_text().replace("cycles: 0.6", "cycles: 0.6, time: 0.1")
-    (folder / "stand.yaml").write_text(f"{text}metrics: [./noted.py]\nreport: {{metrics: [noted]}}\n")
+    more = "metrics: [./noted.py]\nreport: {metrics: [noted]}\n"
+    (folder / "stand.yaml").write_text(text + more)
     (folder / "noted.py").write_text(METRIC)
     return folder
 
