@@ -12,9 +12,9 @@ from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, duration, plan
 from gaitlab.running.basis import Past, basis
 from gaitlab.running.executor import TIMED_OUT
+from gaitlab.running.pace import Pace
 from gaitlab.store import Index, Listed, Shard, Store, listed, shares
 
-WALL_RATIO = 0.35  # s of one core for a simulated second, see benchmarks
 BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks
 
 # One of the five below, or what changed since the same cell was asked for: `surface changed`.
@@ -76,11 +76,17 @@ class Outlook:
 
 
 def cost(planned: Plan, trials: int, jobs: int) -> Cost:
-    """What this many trials of a plan take with this many workers, counted without expanding."""
-    first = next(planned.trials())
-    ticks = planned.seconds / first.trial.engine.dt
-    seconds = trials * planned.seconds * WALL_RATIO / max(1, jobs)
-    return Cost(trials=trials, seconds=seconds, size=trials * ticks * BYTES_PER_TICK)
+    """What this many trials of a plan take with this many workers, counted without expanding.
+
+    Time goes by how fast this machine has simulated such trials so far.
+    """
+    sample = [(trial, duration(trial.gait, trial.horizon)) for trial in planned.sample]
+    ticks = sum(seconds / trial.engine.dt for trial, seconds in sample) / len(sample)
+    return Cost(
+        trials=trials,
+        seconds=trials * Pace.here().mean(sample) / max(1, jobs),
+        size=trials * ticks * BYTES_PER_TICK,
+    )
 
 
 def outlook(experiment: Experiment, store: Store, shard: Shard | None = None) -> Outlook:

@@ -19,11 +19,13 @@ from gaitlab.running.basis import Past, basis
 from gaitlab.running.executor import Considerate, Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
 from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, dealt, standings
+from gaitlab.running.pace import Pace
 from gaitlab.running.processes import executor
 from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Ended, Progress, Started, Summary
 from gaitlab.simulation.engines import engine_of, require_engine
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import (
     Held,
     Scalar,
@@ -117,6 +119,8 @@ class _Sweep:
     order: list[str] = field(default_factory=list)  # ids of the plan, each made only once
     kinds: dict[str, Kind] = field(default_factory=dict)  # of the trials of the plan, by id
     running: dict[str, Started] = field(default_factory=dict)  # trials that workers have, by id
+    trials: dict[str, Trial] = field(default_factory=dict)  # the same
+    pace: Pace = field(default_factory=Pace.here)
     cells: dict[str, int] = field(default_factory=dict)  # of the trials of the plan, by id
     standing: Counter[int] = field(default_factory=Counter)  # falls before the first step, by cell
     standing_reported: bool = False
@@ -146,6 +150,7 @@ class _Sweep:
                     self._keep(outcome)
         finally:
             self._report(self.progress.finish, self.summary)
+            self.pace.save()
 
     def _take_stock(self, planned: Plan) -> dict[str, float]:
         """Register the plan, count what is there; simulated time of each trial that is due, by id.
@@ -201,7 +206,7 @@ class _Sweep:
         """The jobs, each reported as an executor takes it, for it takes what it starts."""
         for job, item in _jobs(planned, self.order, todo):
             started = Started(trial_id=job.trial_id, cell=item.values, seed=item.trial.seed)
-            self.running[job.trial_id] = started
+            self.running[job.trial_id], self.trials[job.trial_id] = started, item.trial
             kind, seconds = self.kinds[job.trial_id], todo[job.trial_id]
             self.forecast.start(job.trial_id, kind, seconds, time.monotonic())
             self._report(self.progress.started, started)
@@ -214,6 +219,7 @@ class _Sweep:
         now = time.monotonic()
         walked = outcome.record.provenance.get("wall_time") if outcome.record else None
         self.forecast.end(record.trial_id, now, walked if isinstance(walked, float) else None)
+        self.pace.learn(self.trials.pop(record.trial_id), record)
         self.summary = replace(
             _counted(self.summary, record),
             seconds=now - self.start,

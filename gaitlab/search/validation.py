@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Numbers
-from gaitlab.running import Progress, dispatch
-from gaitlab.running.outlook import WALL_RATIO
+from gaitlab.running import Progress, cost, dispatch
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.fresh import (
     DEFAULT,
@@ -73,7 +72,7 @@ def effort(
         numbers = sum(isinstance(item, Numbers) for item in history.study.search)
         seeds, grounds = len(margin_seeds(experiment)), len(experiment.parts.surfaces)
         walks += 2 * MOST_STEPS * numbers * seeds * grounds
-    seconds = walks * plan(winner).seconds * WALL_RATIO / max(1, jobs)
+    seconds = cost(plan(winner), walks, jobs).seconds
     return ValidationCost(chosen=walked.chosen, walks=walks, seconds=seconds)
 
 
