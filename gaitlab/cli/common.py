@@ -127,7 +127,7 @@ def summary_text(summary: Summary, arguments: str, shard: Shard | None = None) -
     falls = f"The robot fell in {summary.falls} of them{early}. {duration(summary.seconds)}"
     if summary.left:
         return f"{counts}. {falls}\nGo on: gaitlab run {arguments}"
-    if summary.failed == summary.planned:
+    if summary.planned and summary.failed == summary.planned:
         return f"{counts}. {falls}\nTry again: gaitlab run {arguments} --retry-failed"
     if shard:
         return f"{counts}. {falls}\nWhen all shards have ended: gaitlab run {whole}"

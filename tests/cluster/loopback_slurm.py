@@ -166,10 +166,19 @@ class LoopbackSlurm:
     def queue(self, *states: str) -> list[str]:
         """Jobs that have not ended, or those in some states, as `3_1 RUNNING`, one a task."""
         chosen = ["-t", ",".join(states)] if states else []
-        done = self.run("squeue", "-h", "-r", "-o", "%i %T", *chosen)
-        if done.returncode:  # the controller is busy
-            return ["unknown UNKNOWN"]
-        return done.stdout.splitlines()
+        end = time.monotonic() + START
+        while True:
+            done = self.run("squeue", "-h", "-r", "-o", "%i %T", *chosen)
+            if done.returncode == 0:
+                return done.stdout.splitlines()
+            assert time.monotonic() < end, done.stderr  # the controller may be busy for a moment
+
+    def wait_until_running(self, seconds: float) -> None:
+        """Wait until a job runs; none that has not begun by then ever will."""
+        end = time.monotonic() + seconds
+        while not self.queue("RUNNING"):
+            assert time.monotonic() < end, self.queue()
+            time.sleep(0.1)
 
     def states(self, job: str) -> list[str]:
         """How each task of a job has ended, in the order of their numbers."""

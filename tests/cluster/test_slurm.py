@@ -81,7 +81,8 @@ def lab(folder: Path) -> Path:
     folder.mkdir()
     shutil.copy(DATA / "stand.py", folder)
     text = (DATA / "stand.yaml").read_text().replace("cycles: 0.6", "cycles: 0.6, time: 0.1")
-    (folder / "stand.yaml").write_text(f"{text}metrics: [./noted.py]\nreport: {{metrics: [noted]}}\n")
+    more = "metrics: [./noted.py]\nreport: {metrics: [noted]}\n"
+    (folder / "stand.yaml").write_text(text + more)
     (folder / "noted.py").write_text(METRIC)
     return folder
 
@@ -127,7 +128,7 @@ def test_a_node_that_dies_again_and_again_leaves_the_table_of_one_machine(
     killed = 0
     with Watched(many / "data") as watched:
         for _ in range(DEATHS):
-            assert until(lambda: any(slurm.queue("RUNNING")), 120.0)
+            slurm.wait_until_running(120.0)
             time.sleep(chance.uniform(SETTLED, SETTLED + 5.0))
             killed += slurm.kill_node()
             slurm.start_node()
