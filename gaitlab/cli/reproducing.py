@@ -22,6 +22,7 @@ from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction import Reproduction
 from gaitlab.running import Cost, Outlook, Summary, cost, dispatch, outlook, total
+from gaitlab.running.executor import Cluster
 from gaitlab.store import Store
 
 COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a summary
@@ -33,6 +34,7 @@ class RunOptions:
 
     Attributes:
         workers: Worker processes; 0 runs in this process.
+        cluster: Has the workers, elsewhere.
         retry_failed: Run trials again that failed before.
         as_json: Print the counts as one object.
         json_lines: Print every event as an object.
@@ -42,6 +44,7 @@ class RunOptions:
     """
 
     workers: int
+    cluster: Cluster | None
     retry_failed: bool
     as_json: bool
     json_lines: bool
@@ -116,6 +119,7 @@ def _run_in_turn(
                 jobs=options.workers,
                 retry_failed=options.retry_failed,
                 progress=progress,
+                cluster=options.cluster,
             )
         tell_reasons(store, member.listed_as, done[member.name])
     return done

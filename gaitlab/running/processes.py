@@ -17,7 +17,7 @@ import signal
 import tempfile
 import time
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import connection, get_context
@@ -25,7 +25,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import IO
 
-from gaitlab.running.executor import Executor, Job, Outcome, Serial
+from gaitlab.running.executor import Cluster, Executor, Job, Outcome, Serial
 from gaitlab.running.worker import OUT_OF_MEMORY, Task, serve, simulated
 from gaitlab.store import TrialRecord
 
@@ -56,7 +56,7 @@ class Child:
             args=(other, task, os.getpid(), Path(self._output.name), memory),
             daemon=True,
         )
-        with _deaf_child(), _single_threaded_child():
+        with deaf_child(), _single_threaded_child():
             self._process.start()
         other.close()
 
@@ -139,7 +139,7 @@ def _output_file() -> IO[str]:
 
 
 @contextmanager
-def _deaf_child() -> Iterator[None]:
+def deaf_child() -> Iterator[None]:
     """A process started herein never sees the signals that stop a run, not even while importing."""
     deaf = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, deaf)
@@ -271,7 +271,21 @@ class Processes:
         )
 
 
-def executor(store: Path, jobs: int) -> Executor:
-    """What simulates trials into a store: so many worker processes, or with 0 this process."""
+def executor(
+    store: Path,
+    jobs: int,
+    cluster: Cluster | None = None,
+    message: Callable[[str], None] = lambda text: None,
+) -> Executor:
+    """What simulates trials into a store: so many worker processes, with 0 this process.
+
+    Args:
+        store: Folder of the store.
+        jobs: Worker processes; 0 for this process.
+        cluster: Has workers instead, elsewhere.
+        message: Is given what the user should know at once.
+    """
+    if cluster is not None:
+        return cluster.executor(store, simulated, message)
     task = partial(simulated, store=store)
     return Processes(task, jobs) if jobs else Serial(task)

@@ -16,7 +16,7 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.running.executor import Executor, Job, Outcome, job_of
+from gaitlab.running.executor import Cluster, Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
 from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, standings
 from gaitlab.running.processes import executor
@@ -38,6 +38,7 @@ def dispatch(
     jobs: int,
     retry_failed: bool = False,
     progress: Progress | None = None,
+    cluster: Cluster | None = None,
 ) -> Summary:
     """Run the trials of an experiment that the store does not hold yet.
 
@@ -50,6 +51,7 @@ def dispatch(
         jobs: Worker processes; 0 runs every trial in this process.
         retry_failed: Run trials again that failed before.
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
+        cluster: Has the workers, instead of `jobs`.
 
     Raises:
         NoEngine: If an engine that it asks for is not installed.
@@ -62,9 +64,9 @@ def dispatch(
         require_engine(name)
     plan(experiment).write_walks()
     with store.lock() as held:
-        forecast = Forecast(workers=jobs)
+        forecast = Forecast(workers=cluster.workers if cluster else jobs)
         sweep = _Sweep(experiment, store, held, retry_failed, progress or Progress(), forecast)
-        return sweep.run(executor(store.path, jobs))
+        return sweep.run(executor(store.path, jobs, cluster, sweep.message))
 
 
 @dataclass
@@ -205,7 +207,7 @@ class _Sweep:
         where = ", ".join(
             f"{path.rpartition('.')[2]} {value}" for path, value in trial.cell.items()
         )
-        self._message(
+        self.message(
             f"{where}: does not stand, {count} of {seeds} seeds fell before their first step; "
             "further such cells are only counted"
         )
@@ -214,7 +216,8 @@ class _Sweep:
         with suppress(OSError):
             call(value)
 
-    def _message(self, text: str) -> None:
+    def message(self, text: str) -> None:
+        """Something the user should know now."""
         self._report(self.progress.message, text)
 
     def _stop(self, executor: Executor, number: int) -> None:
@@ -223,14 +226,14 @@ class _Sweep:
             raise KeyboardInterrupt
         executor.drain()
         self.summary = replace(self.summary, interrupted=True)
-        self._message(f"stopping: {executor.running} running trials are finished first")
+        self.message(f"stopping: {executor.running} running trials are finished first")
 
     def _warn_of_little_room(self, planned: Plan) -> None:
         needed = cost(planned, self.summary.left, 1).size
         with suppress(OSError):
             free = shutil.disk_usage(self.store.path).free
             if free < needed:
-                self._message(
+                self.message(
                     f"the disk has {_megabytes(free)} free and this run needs up to "
                     f"{_megabytes(needed)}; if it fills up, nothing committed is lost"
                 )

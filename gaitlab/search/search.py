@@ -18,7 +18,7 @@ from typing import Literal, TypeAlias
 from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
 from gaitlab.running.basis import basis
-from gaitlab.running.executor import Executor
+from gaitlab.running.executor import Cluster, Executor
 from gaitlab.running.processes import executor
 from gaitlab.running.signals import stoppable
 from gaitlab.search import heartbeat
@@ -137,6 +137,7 @@ def optimize(
     jobs: int,
     storage: str | None = None,
     callback: SearchCallback | None = None,
+    cluster: Cluster | None = None,
 ) -> SearchResult:
     """Go on with the search of a study until its total of candidates is finished.
 
@@ -150,6 +151,7 @@ def optimize(
         storage: Address of a database that several machines share; by default a file of the
             store.
         callback: Is called as the search goes on; a terminal that has gone stops no search.
+        cluster: Has the workers, instead of `jobs`.
 
     Raises:
         UsageError: If the experiment is no study, or the sampler's library is missing.
@@ -162,6 +164,7 @@ def optimize(
     for name in experiment.engines | ({study.confirm} if study.confirm else set()):
         require_engine(name)
     wanted = asks_for(experiment, basis(experiment))
+    callback = callback or SearchCallback()
     with store.lock() as held, Database.opened(experiment, store, storage, wanted) as database:
         search = _Search(
             experiment=experiment,
@@ -169,10 +172,10 @@ def optimize(
             store=store,
             held=held,
             database=database,
-            executor=executor(store.path, jobs),
-            workers=max(1, jobs),
+            executor=executor(store.path, jobs, cluster, callback.message),
+            workers=max(1, cluster.workers if cluster else jobs),
             shared=storage is not None,
-            callback=callback or SearchCallback(),
+            callback=callback,
         )
         return search.run()
 

@@ -8,6 +8,7 @@ from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Numbers
 from gaitlab.running import Progress, dispatch
+from gaitlab.running.executor import Cluster
 from gaitlab.running.outlook import WALL_RATIO
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.fresh import (
@@ -83,11 +84,14 @@ def walk_nothing(experiment: Experiment) -> bool:
     return False
 
 
-def running(store: Store, jobs: int, progress: Progress | None = None) -> Run:
+def running(
+    store: Store, jobs: int, progress: Progress | None = None, cluster: Cluster | None = None
+) -> Run:
     """What carries out the experiments of a validation with some worker processes."""
 
     def run(experiment: Experiment) -> bool:
-        return not dispatch(experiment, store, jobs=jobs, progress=progress).interrupted
+        found = dispatch(experiment, store, jobs=jobs, progress=progress, cluster=cluster)
+        return not found.interrupted
 
     return run
 
