@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,17 +19,22 @@ from tests.reliability.drivers import ROOT, children, until
 
 START_TIME = 60.0  # s; a busy machine is no failure
 QUIET = {"DASK_DISTRIBUTED__WORKER__MEMORY__TERMINATE": "False"}
-TWICE = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}  # a trial is tried so often
+TRIED_AGAIN = "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES"  # how often a trial is
 
 
 @contextmanager
 def _process(
-    words: list[str], log: Path, more: Mapping[str, str], path: str = str(ROOT)
+    words: list[str], log: Path, path: str, more: Mapping[str, str], before: Sequence[str] = ()
 ) -> Iterator[subprocess.Popen[bytes]]:
     environment = {**os.environ, "PYTHONPATH": path, **QUIET, **more}
+    cwd = path.partition(":")[0]  # Python's first folder
     with log.open("ab") as file:
         process = subprocess.Popen(
-            [sys.executable, "-m", *words], env=environment, cwd=log.parent, stdout=file, stderr=file
+            [*before, sys.executable, "-m", *words],
+            env=environment,
+            cwd=cwd,
+            stdout=file,
+            stderr=file,
         )
     try:
         yield process
@@ -53,25 +58,37 @@ def _kill(pid: int) -> None:
 
 
 @contextmanager
-def scheduler(folder: Path, port: int = 0) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
-    """A scheduler of Dask and its address."""
+def scheduler(
+    folder: Path, *, port: int = 0, tried_again: int = 1
+) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A scheduler of Dask, which no gaitlab is beside, and its address."""
     file = folder / "scheduler.json"
     file.unlink(missing_ok=True)
     words = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port)]
     words += ["--no-dashboard", "--scheduler-file", str(file)]
-    with _process(words, folder / "scheduler.log", TWICE) as process:
+    bare = folder / "bare"
+    bare.mkdir(exist_ok=True)
+    (bare / "gaitlab.py").write_text("raise ImportError('a scheduler needs no gaitlab')")
+    more = {TRIED_AGAIN: str(tried_again)}
+    with _process(words, folder / "scheduler.log", str(bare), more) as process:
         assert until(lambda: file.exists() and file.read_text().endswith("}"), START_TIME)
         yield process, str(json.loads(file.read_text())["address"])
 
 
 @contextmanager
 def workers(
-    address: str, folder: Path, count: int = 1, path: str = str(ROOT), threads: int = 1
+    address: str,
+    folder: Path,
+    count: int = 1,
+    path: str = str(ROOT),
+    *,
+    threads: int = 1,
+    before: Sequence[str] = (),
 ) -> Iterator[subprocess.Popen[bytes]]:
     """Worker processes, and the process that looks after them and starts lost ones again."""
     words = ["distributed.cli.dask_worker", address, "--nthreads", str(threads)]
     words += ["--nworkers", str(count), "--no-dashboard", "--local-directory", str(folder)]
-    with _process(words, folder / "workers.log", {}, path) as process:
+    with _process(words, folder / "workers.log", path, {}, before) as process:
         yield process
 
 

@@ -8,15 +8,16 @@ and the same command goes on from there. A trial that Dask starts twice gives th
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
 import json
 import logging
+import pickle
 import re
 import shutil
 import tempfile
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -29,11 +30,11 @@ from typing import TYPE_CHECKING, Any
 from gaitlab.errors import StoreError, UsageError, WrongValue
 from gaitlab.running.cluster_file import USUAL, ClusterFile, read_cluster_file
 from gaitlab.running.dask_worker import (
+    CALL,
     INSTALL_ALIKE,
     Order,
     Reply,
     Token,
-    perform,
     probe,
     unlike,
     versions,
@@ -139,18 +140,17 @@ class DaskCluster:
 
         _silence()
         self._resources.enter_context(dask.config.set(SETTINGS))
+        if self.address:
+            _require_answer(self.address)
         target = self.address or (self._slurm(self.file) if self.file else self._local())
         try:
             client = Client(target, timeout=ANSWER_TIME, set_as_default=False)
-        except ImportError as error:
+        except ImportError as error:  # another Dask
             raise WrongValue(
                 f"--dask {self.address}: {str(error).strip()}; {INSTALL_ALIKE}"
             ) from error
-        except (OSError, ValueError) as error:
-            raise UsageError(
-                f"--dask {self.address}: no scheduler of Dask answers there within "
-                f"{ANSWER_TIME:.0f} s; start one with `dask scheduler`, or check host and port"
-            ) from error
+        except OSError as error:
+            raise _no_answer(self.address) from error
         self._resources.callback(client.close, ANSWER_TIME)
         return client
 
@@ -323,7 +323,8 @@ class DaskExecutor:
         )
         key = f"gaitlab-{job.trial_id[:8]}-{token_hex(8)}"
         with _scheduler_there(cluster):
-            future = cluster.client.submit(perform, order, key=key, pure=False, retries=0)
+            names = {"order": pickle.dumps(order)}
+            future = cluster.client.submit(eval, CALL, names, key=key, pure=False, retries=0)
         self._flights[future] = Flight(job=job, start=time.monotonic())
         future.add_done_callback(self._ended.put)
 
@@ -494,6 +495,35 @@ def _require_installed(package: str) -> None:
         )
 
 
+def _require_answer(address: str) -> None:
+    """Find out who listens there; a client of Dask's waits for ever for one who is silent.
+
+    Raises:
+        UsageError: If it is no scheduler.
+    """
+    from distributed import rpc
+
+    async def identity() -> dict[str, Any]:
+        async with rpc(address) as peer:
+            found: dict[str, Any] = await asyncio.wait_for(peer.identity(n_workers=0), ANSWER_TIME)
+            return found
+
+    try:
+        with ThreadPoolExecutor(1) as thread:  # a notebook has a loop running in this one
+            found = thread.submit(lambda: asyncio.run(identity())).result()
+    except Exception as error:  # whatever a foreign program's answer makes of Dask
+        raise _no_answer(address) from error
+    if found.get("type") != "Scheduler":
+        raise _no_answer(address)
+
+
+def _no_answer(address: str) -> UsageError:
+    return UsageError(
+        f"--dask {address}: no scheduler of Dask answers there within {ANSWER_TIME:.0f} s; start "
+        "one with `dask scheduler`, or check host and port"
+    )
+
+
 def _silence() -> None:
     """Nothing that Dask says of itself reaches the user's terminal."""
     from distributed.versions import VersionMismatchWarning
@@ -552,7 +582,7 @@ def _scheduler_there(cluster: DaskCluster, future: Future | None = None) -> Iter
     """
     try:
         yield
-    except (asyncio.CancelledError, concurrent.futures.CancelledError, OSError) as error:
+    except (asyncio.CancelledError, CancelledError, OSError) as error:
         raise SchedulerLost(
             f"the scheduler of Dask at {cluster.address or 'this machine'} is gone. {GO_ON}"
         ) from error

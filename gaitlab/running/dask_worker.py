@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import faulthandler
 import os
+import pickle
 import platform
 import socket
 import sys
@@ -115,8 +116,14 @@ _prepared: list[Order] = []  # the first order of this process
 _seen: set[Token] = set()
 
 
-def perform(order: Order) -> Reply:
-    """Carry out an order; errors are part of the reply, for Dask would try again or say less."""
+CALL = "__import__('gaitlab.running.dask_worker', fromlist=['perform']).perform(order)"
+"""A trial on its way as an expression of `order`: so the scheduler, which takes apart what it is
+given, needs no gaitlab."""
+
+
+def perform(pickled: bytes) -> Reply:
+    """Carry out an order; errors are part of the reply, for Dask would say less of them."""
+    order: Order = pickle.loads(pickled)
     with _alone:
         host = socket.gethostname()
         try:
