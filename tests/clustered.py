@@ -59,7 +59,7 @@ def _kill(pid: int) -> None:
 
 @contextmanager
 def scheduler(
-    folder: Path, *, port: int = 0, tried_again: int = 1
+    folder: Path, *, port: int = 0, tried_again: int = 0
 ) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """A scheduler of Dask, which no gaitlab is beside, and its address."""
     file = folder / "scheduler.json"

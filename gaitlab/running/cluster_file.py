@@ -57,6 +57,9 @@ class ClusterFile:
     prologue: tuple[str, ...] = parameter(
         (), unit="-", doc="lines of the shell before a worker starts", source="none"
     )
+    logs: str = parameter(
+        "cluster-logs", unit="-", doc="folder for what the jobs print", source="beside the results"
+    )
 
     @property
     def jobs(self) -> int:

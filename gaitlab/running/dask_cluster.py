@@ -16,10 +16,11 @@ import shutil
 import tempfile
 import time
 import warnings
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -53,6 +54,7 @@ ANSWER_TIME = 5.0  # s in which a scheduler must answer
 LOOK_PERIOD = 0.5  # s between looks at who is there
 REFILL_PERIOD = 30.0  # s between looks at jobs that have ended
 SIGHT_TIME = 60.0  # s in which a network's folder must show what a worker has committed
+PAUSE = 3.0  # s before the second attempt at a trial: workers of a job or a machine die together
 CLOSE_TIME = 1.0  # s for workers of one's own to end by themselves
 HOST_AND_PORT = re.compile(r"[\w.-]+:\d+")
 FORMS = (
@@ -63,7 +65,7 @@ GO_ON = "What is committed is safe; the same command goes on from there."
 LOGGERS = ("distributed", "tornado", "asyncio", "dask_jobqueue", "bokeh")
 SETTINGS: dict[str, object] = {
     "distributed.comm.timeouts.connect": f"{ANSWER_TIME:.0f}s",
-    "distributed.scheduler.allowed-failures": ATTEMPTS - 1,
+    "distributed.scheduler.allowed-failures": 0,  # the second attempt is ours, see PAUSE
     "distributed.scheduler.work-stealing": False,  # one trial a worker leaves nothing to steal
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
@@ -98,6 +100,8 @@ class DaskCluster:
         self.address, self.file = _place(where)
         self._resources = ExitStack()
         self._refilled = time.monotonic()
+        self._slurm: Any = None
+        self._started, self._missing = set[str](), set[str]()  # jobs of SLURM, by name
 
     def __enter__(self) -> DaskCluster:
         return self
@@ -142,7 +146,7 @@ class DaskCluster:
         self._resources.enter_context(dask.config.set(SETTINGS))
         if self.address:
             _require_answer(self.address)
-        target = self.address or (self._slurm(self.file) if self.file else self._local())
+        target = self.address or (self._submitted(self.file) if self.file else self._local())
         try:
             client = Client(target, timeout=ANSWER_TIME, set_as_default=False)
         except ImportError as error:  # another Dask
@@ -163,11 +167,24 @@ class DaskCluster:
         return Path(self._resources.enter_context(folder))
 
     def refill(self) -> None:
-        """Ask for a job in the place of one that has ended, at its walltime for instance."""
-        if self.file is None or time.monotonic() < self._refilled + REFILL_PERIOD:
+        """Ask SLURM for another job in the place of each that has ended, at its walltime mostly."""
+        if self._slurm is None or time.monotonic() < self._refilled + REFILL_PERIOD:
             return
-        self._refilled = time.monotonic()
-        self._slurm_cluster.scale(self.file.jobs)
+        self._refilled, slurm = time.monotonic(), self._slurm
+        there = self.client.scheduler_info(n_workers=-1)["workers"].values()
+        living = {name for name in slurm.workers if any(_is_of(name, w["name"]) for w in there)}
+        missing = (self._started | living) - living
+        ended, self._missing = missing & self._missing, missing  # a killed worker is back by then
+        self._started |= living
+
+        async def replace() -> None:
+            for name in ended & set(slurm.workers):
+                await slurm.workers.pop(name).close()
+            await slurm
+
+        if ended:
+            with suppress(RuntimeError):  # SLURM takes no more now; later it may
+                slurm.sync(replace)
 
     def close(self) -> None:
         """End the connection, and the workers that were started for it."""
@@ -193,7 +210,7 @@ class DaskCluster:
         self._resources.callback(_end, cluster)
         return cluster
 
-    def _slurm(self, file: ClusterFile) -> Any:
+    def _submitted(self, file: ClusterFile) -> Any:
         _require_installed("dask_jobqueue")
         if shutil.which("sbatch") is None:
             raise UsageError(
@@ -201,14 +218,28 @@ class DaskCluster:
             )
         from dask_jobqueue import SLURMCluster
 
+        slurm = self._slurm = SLURMCluster(**_slurm_options(file))
+        self._resources.callback(slurm.close)
+
+        async def submit() -> None:  # `scale` would keep what sbatch says to itself
+            for _ in range(file.jobs):
+                slurm.worker_spec.update(slurm.new_worker_spec())
+            await slurm
+
         try:
-            self._slurm_cluster = SLURMCluster(**_slurm_options(file))
-            self._resources.callback(self._slurm_cluster.close)
-            self._slurm_cluster.scale(file.jobs)
+            slurm.sync(submit)
         except RuntimeError as error:  # what sbatch said
-            said = str(error).strip().splitlines()[-1]
-            raise UsageError(f"--dask slurm: no job could be submitted: {said}") from error
-        return self._slurm_cluster
+            said = str(error).partition("stderr:")[2].strip() or str(error)
+            raise UsageError(
+                f"--dask slurm: SLURM takes no such job: {' '.join(said.split())}; "
+                "mend the file for SLURM"
+            ) from error
+        return slurm
+
+
+def _is_of(job: str, worker: str) -> bool:
+    """Whether a worker is one of a job's, by their names."""
+    return worker == job or worker.startswith(f"{job}-")
 
 
 def _slurm_options(file: ClusterFile) -> dict[str, Any]:
@@ -225,6 +256,7 @@ def _slurm_options(file: ClusterFile) -> dict[str, Any]:
         "interface": file.interface or None,
         "job_extra_directives": list(file.sbatch),
         "job_script_prologue": list(file.prologue),
+        "log_directory": file.logs,
         "worker_extra_args": [*lifetime, *stagger, "--memory-limit", "0"],
         "scheduler_options": {"dashboard": False, "dashboard_address": None},
         "silence_logs": logging.CRITICAL,
@@ -233,10 +265,17 @@ def _slurm_options(file: ClusterFile) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Flight:
-    """A job that the scheduler has, and since when in [s]."""
+    """A job on its way.
+
+    Attributes:
+        job: The job.
+        start: When the scheduler got it, or gets it, in [s].
+        attempt: How many workers of it may have been lost before, and one.
+    """
 
     job: Job
     start: float
+    attempt: int = 1
 
 
 class DaskExecutor:
@@ -259,6 +298,7 @@ class DaskExecutor:
         self._cluster, self._store, self._message = cluster, store, message
         self._task = partial(task, store=store.path) if cluster.shared else encoded
         self._flights: dict[Future, Flight] = {}
+        self._again: deque[Flight] = deque()
         self._ended: SimpleQueue[Future] = SimpleQueue()
         self._threads: dict[str, int] = {}
         self._next_look = 0.0
@@ -292,8 +332,9 @@ class DaskExecutor:
             try:
                 while self._assign(waiting, token):
                     future = self._next_ended(token)
-                    if future is not None:
-                        yield self._collect(future)
+                    outcome = self._collect(future) if future is not None else None
+                    if outcome is not None:
+                        yield outcome
             finally:
                 self._take_back()
 
@@ -303,14 +344,25 @@ class DaskExecutor:
         Where no worker is there yet, a job waits with the scheduler.
         """
         while not self._draining and self.running < max(1, len(self._threads)):
-            job = next(waiting, None)
-            if job is None:
+            flight = self._next(waiting)
+            if flight is None:
                 break
-            self._submit(job, token)
-        return self.running > 0
+            self._submit(flight, token)
+        return self.running > 0 or (bool(self._again) and not self._draining)
 
-    def _submit(self, job: Job, token: Token | None) -> None:
-        cluster = self._cluster
+    def _next(self, waiting: Iterator[Job]) -> Flight | None:
+        if self._due:
+            return self._again.popleft()
+        job = next(waiting, None)
+        return None if job is None else Flight(job=job, start=time.monotonic())
+
+    @property
+    def _due(self) -> bool:
+        """Whether a lost trial is to be tried again now."""
+        return bool(self._again) and time.monotonic() >= self._again[0].start
+
+    def _submit(self, flight: Flight, token: Token | None) -> None:
+        cluster, job = self._cluster, flight.job
         order = Order(
             trial_id=job.trial_id,
             trial=job.trial,
@@ -325,7 +377,7 @@ class DaskExecutor:
         with _scheduler_there(cluster):
             names = {"order": pickle.dumps(order)}
             future = cluster.client.submit(eval, CALL, names, key=key, pure=False, retries=0)
-        self._flights[future] = Flight(job=job, start=time.monotonic())
+        self._flights[future] = flight
         future.add_done_callback(self._ended.put)
 
     def _next_ended(self, token: Token | None) -> Future | None:
@@ -343,6 +395,8 @@ class DaskExecutor:
                 future = self._ended.get(timeout=LOOK_PERIOD)
                 if future in self._flights:
                     return future
+            if self._due and not self._draining:
+                return None
 
     def _look(self, token: Token | None) -> None:
         """See who is there."""
@@ -351,10 +405,15 @@ class DaskExecutor:
             self._cluster.refill()
         if token is not None and not token.path.exists() and self._store.path.is_dir():
             _write(token)  # another run has tidied up
-        if not self._threads:
+        if not self._threads and self._cluster.address:
             self._say(
                 f"no worker has joined the scheduler at {self._address}; waiting. "
                 f"Start some with `dask worker {self._address} --nthreads 1 --nworkers N`"
+            )
+        elif not self._threads and self._cluster.file:
+            self._say(
+                "waiting until SLURM starts a job; `squeue --me` says why it does not, and what "
+                f"jobs print is in {self._cluster.file.logs}"
             )
         elif any(count > 1 for count in self._threads.values()):
             self._say(
@@ -375,8 +434,8 @@ class DaskExecutor:
             with suppress(OSError):
                 self._message(text)
 
-    def _collect(self, future: Future) -> Outcome:
-        """The outcome of a job that has ended."""
+    def _collect(self, future: Future) -> Outcome | None:
+        """The outcome of a job that has ended; None if it is to be run again."""
         from distributed import KilledWorker
 
         flight = self._flights[future]
@@ -401,8 +460,12 @@ class DaskExecutor:
         self._store.commit_file(record.trial_id, content)
         return Outcome(job=flight.job, record=record)
 
-    def _lost(self, flight: Flight, error: Any) -> Outcome:
-        attempts, seconds = error.allowed_failures + 1, time.monotonic() - flight.start
+    def _lost(self, flight: Flight, error: Any) -> Outcome | None:
+        now, seconds = time.monotonic(), time.monotonic() - flight.start
+        if flight.attempt < ATTEMPTS:
+            self._again.append(replace(flight, start=now + PAUSE, attempt=flight.attempt + 1))
+            return None
+        attempts = flight.attempt * (error.allowed_failures + 1)
         last = error.last_worker
         if seconds >= flight.job.timeout:
             reason = f"time-out: not done within {flight.job.timeout:.0f} s"
