@@ -219,7 +219,7 @@ class DaskCluster:
         from dask_jobqueue import SLURMCluster
 
         slurm = self._slurm = SLURMCluster(**_slurm_options(file))
-        self._resources.callback(slurm.close)
+        self._resources.callback(_end_slurm, slurm)
 
         async def submit() -> None:  # `scale` would keep what sbatch says to itself
             for _ in range(file.jobs):
@@ -612,6 +612,16 @@ def _end(cluster: Any) -> None:
     with suppress(Exception):
         cluster.sync(end_workers)
     cluster.close()
+
+
+def _end_slurm(slurm: Any) -> None:
+    """End a cluster of SLURM's jobs; those that SLURM never took are none to wait for."""
+    from distributed.core import Status
+
+    for job in list(slurm.workers.values()):
+        if job.job_id is None:
+            job.status = Status.failed
+    slurm.close()
 
 
 @contextmanager
