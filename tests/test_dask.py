@@ -29,7 +29,8 @@ from tests.search import searches
 pytest.importorskip("distributed", reason="Dask is not installed")
 
 from gaitlab.running.cluster_file import read_cluster_file
-from gaitlab.running.dask_cluster import DaskCluster, SchedulerLost
+from gaitlab.running.dask_cluster import DaskCluster
+from gaitlab.running.dask_connection import SchedulerLost
 from gaitlab.running.dask_worker import versions
 from tests.clustered import pretend_encoded, scheduler, workers
 

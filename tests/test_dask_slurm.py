@@ -64,7 +64,7 @@ def test_a_job_that_ends_is_replaced_and_the_table_is_that_of_one_machine(
 ) -> None:
     task = partial(sweeps.pretend, pause=0.3)
     monkeypatch.setattr("gaitlab.running.processes.simulated", task)
-    monkeypatch.setattr("gaitlab.running.dask_cluster.REFILL_PERIOD", 3.0)
+    monkeypatch.setattr("gaitlab.running.dask_connection.REFILL_PERIOD", 3.0)
     (tmp_path / "cluster.yaml").write_text(FILE)
     there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
     progress, wanted = Cancelling(slurm, after=10), sweeps.experiment(seeds=8)

@@ -94,7 +94,7 @@ def test_a_heavy_library_has_one_user(file: Path) -> None:
 def test_dask_has_one_module() -> None:
     dask = {"dask", "distributed", "dask_jobqueue"}
     users = {name_of(f) for f in FILES if dask & {name.split(".")[0] for name in imports(f)}}
-    assert users == {"running/dask_cluster.py"}
+    assert users == {"running/dask_connection.py"}
 
 
 @pytest.mark.parametrize("part", APART)

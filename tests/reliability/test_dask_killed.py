@@ -25,7 +25,8 @@ from tests.reliability.drivers import Drivers, children, drivers, runs, until
 
 pytest.importorskip("distributed", reason="Dask is not installed")
 
-from gaitlab.running.dask_cluster import DaskCluster, SchedulerLost
+from gaitlab.running.dask_cluster import DaskCluster
+from gaitlab.running.dask_connection import SchedulerLost
 from tests.clustered import scheduler, worker_pids, workers
 
 KILLS = 20
