@@ -333,7 +333,7 @@ def test_no_worker_outlives_a_killed_driver(tmp_path: Path, platform: str) -> No
     environment = {**os.environ, "PYTHONPATH": str(root)}
     driver = subprocess.Popen([sys.executable, str(script), str(notes)], env=environment, cwd=root)
     try:
-        assert until(lambda: len(list(notes.iterdir())) == 2, seconds=30.0)
+        assert until(lambda: len(list(notes.iterdir())) == 2, seconds=120.0)
     finally:
         driver.kill()
         driver.wait()

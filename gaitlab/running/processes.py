@@ -7,7 +7,7 @@ the machine's memory.
 
 A time-out counts the processor time that a worker has used, not the time on the clock: where many
 workers share little, all are slow and none is wrong. A worker that uses none for as long, although
-it could, hangs and is ended too. On a slow machine trials may take longer, by what those that have
+it could, hangs and is ended too. On a slow machine trials may work longer, by what those that have
 ended here took.
 
 A pool of the standard library breaks as a whole when one worker dies. pebble's survives most
@@ -41,6 +41,7 @@ LEAST_MEMORY = 4 << 30  # byte; libraries reserve far more than they use
 START_TIME = 60.0  # s of work, or of none, granted for the start of a worker on a cold, busy disk
 SOON = 0.05  # s, the least between two looks at a worker whose time is nearly up
 ROOM = 10.0  # times what the slowest trial so far has taken of its limit, every other may take
+STRETCH = 20.0  # times its limit, the longest that any may take; no machine is so slow
 LAST_WORDS = 25  # lines of a dead worker's output kept in the reason
 Due: TypeAlias = tuple[Job, tuple[str, ...]]  # and how its earlier attempts were lost
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -107,7 +108,7 @@ class Child:
         """Record or exception of the job, how it was lost, or None while it runs.
 
         Args:
-            stretch: By how much longer than its job says a trial may take here.
+            stretch: How many times as long as its job says a trial may work here.
         """
         answer: TrialRecord | Exception | str | None = self._received()
         if answer is None and not self.alive:
@@ -131,26 +132,28 @@ class Child:
         """Count the time of the start, or of the job, from now on."""
         self._clock.restart()
         self.start = time.monotonic()
-        self.deadline = self.start + min(LOOK, self._limit())
+        self.deadline = self.start + min(LOOK, self._limit)
 
-    def _limit(self, stretch: float = 1.0) -> float:
+    @property
+    def _limit(self) -> float:
         if not self._ready:
             return START_TIME
-        return self.job.timeout * stretch if self.job is not None else 0.0
+        return self.job.timeout if self.job is not None else 0.0
 
     def _overtime(self, stretch: float) -> str | None:
         """End the process if its time is up, and say so; else see when to look again."""
         self._clock.look()
-        limit = self._limit(stretch)
-        spent = max(self._clock.worked, self._clock.idle)
-        if spent < limit:
-            self.deadline = time.monotonic() + max(SOON, min(LOOK, limit - spent))
+        idle, work = self._limit, self._limit * (stretch if self._ready else 1.0)
+        left = min(idle - self._clock.idle, work - self._clock.worked)
+        if left > 0.0:
+            self.deadline = time.monotonic() + max(SOON, min(LOOK, left))
             return None
         self._process.kill()
         self._process.join()
-        what = f"done within {limit:.0f} s" if self._ready else f"started in {limit:.0f} s"
-        how = " of work" if self._clock.worked >= limit else ", in which it did nothing"
-        return f"{TIMED_OUT}: not {what}{how}{self._last_words()}"
+        hangs = self._clock.idle >= idle
+        how = f"{idle:.0f} s, in which it did nothing" if hangs else f"{work:.0f} s of work"
+        what = "done" if self._ready else "started"
+        return f"{TIMED_OUT}: not {what} within {how}{self._last_words()}"
 
     def _received(self) -> TrialRecord | Exception | None:
         try:
@@ -305,7 +308,7 @@ class Processes:
     def _collect(self, worker: Child) -> Outcome | None:
         """Outcome of a worker's job; None if it still runs or is to be run again."""
         job, seconds = worker.job, time.monotonic() - worker.start
-        answer = worker.answer(max(1.0, ROOM * self._slowest))
+        answer = worker.answer(max(1.0, min(STRETCH, ROOM * self._slowest)))
         if job is None or answer is None:
             return None
         if isinstance(answer, TrialRecord):
