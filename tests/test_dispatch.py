@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from gaitlab.cli.common import plan_object
 from gaitlab.errors import StoreError
 from gaitlab.experiment.plan import plan
-from gaitlab.running import Ended, Progress, Summary, dispatch, outlook
+from gaitlab.running import Ended, Progress, Summary, cost, dispatch, outlook
 from gaitlab.store import Shard, Store
 from tests.pretended import (
     experiment,
@@ -129,6 +130,8 @@ def test_a_trial_that_only_took_too_long_is_run_again_by_the_next_run(
     found = outlook(experiment(), store)
     assert (found.count("timed out before"), found.count("failed before")) == (1, 1)
     assert found.due(retry_failed=False) == {"timed out before": 1}
+    due = plan_object(found, cost(plan(experiment()), 1, 1))["to_run"]
+    assert due == {"new": 0, "file_damaged": 0, "failed_before": 1, "timed_out_before": 1}
     monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
     second = dispatch(experiment(), store, jobs=0)
     assert (second.cached, second.done, second.failed, second.left) == (CELLS - 2, 1, 1, 0)

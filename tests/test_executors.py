@@ -189,6 +189,44 @@ def test_a_starved_machine_is_slow_and_never_wrong(tmp_path: Path) -> None:
     assert done.stdout == "[]\n"
 
 
+PAUSED = """
+import sys
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from gaitlab.running import cpu, processes
+from tests.test_executors import behave, jobs
+cpu.LOOK = processes.LOOK = 0.1
+if __name__ == "__main__":
+    task = partial(behave, folder=Path(sys.argv[1]))
+    deeds = [replace(job, timeout=2.0) for job in jobs("work hard", "work hard")]
+    print([o.reason for o in processes.Processes(task, 2).run(deeds) if o.record is None])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what others do")
+def test_a_run_that_is_stopped_for_a_while_loses_nothing(tmp_path: Path) -> None:
+    """Ctrl-Z stops the driver and its workers, for longer than a trial may do nothing."""
+    root, script, notes = Path(__file__).parent.parent, tmp_path / "paused.py", tmp_path / "notes"
+    script.write_text(PAUSED)
+    notes.mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    command = [sys.executable, str(script), str(notes)]
+    with subprocess.Popen(
+        command, env=environment, cwd=root, stdout=subprocess.PIPE, text=True,
+        start_new_session=True,
+    ) as driver:  # fmt: skip
+        try:
+            assert until(lambda: len(list(notes.iterdir())) == 2, seconds=120.0)
+            os.killpg(driver.pid, signal.SIGSTOP)
+            time.sleep(3.0)
+            os.killpg(driver.pid, signal.SIGCONT)
+            out, _ = driver.communicate(timeout=120.0)
+        finally:
+            driver.kill()
+    assert out == "[]\n"
+
+
 def test_memory_that_a_trial_eats_costs_that_trial_alone(tmp_path: Path) -> None:
     executor = Processes(partial(behave, folder=tmp_path), 1, memory=2 << 30)
     found = outcomes(executor, "eat", "work")

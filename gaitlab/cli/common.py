@@ -16,6 +16,7 @@ from gaitlab.errors import UsageError
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
     from gaitlab.running import Cost, Outlook, Progress, Standing, Summary
+    from gaitlab.running.dask_cluster import DaskCluster
     from gaitlab.store import Shard, Store
 
 MANY_TRIALS = 100_000  # more need --yes
@@ -82,6 +83,30 @@ def worker_count(jobs: int | None) -> int:
     from gaitlab.running import processors
 
     return processors() if jobs is None else jobs
+
+
+def cluster_of(dask: str | None, jobs: int | None, shared: bool) -> DaskCluster | None:
+    """The cluster that --dask asks for; nothing is started yet. None without it.
+
+    Raises:
+        UsageError: If another option does not go with it, or nothing of its form is there.
+        WrongValue: If Dask is not installed.
+        FileError: If the file for SLURM is wrong.
+    """
+    if dask is None:
+        if not shared:
+            raise UsageError("--no-shared-store: without --dask nothing walks elsewhere")
+        return None
+    if dask == "local" and jobs == 0:
+        raise UsageError("--jobs 0: a cluster of this machine needs a worker; -j 1 or more")
+    if dask != "local" and jobs is not None:
+        raise UsageError(
+            f"--jobs {jobs}: with --dask {dask} as many trials walk at a time as the cluster has "
+            "workers; leave -j out"
+        )
+    from gaitlab.running.dask_cluster import DaskCluster
+
+    return DaskCluster(dask, jobs=max(1, worker_count(jobs)), shared=shared)
 
 
 def refuse_quick(experiment: str, quick: bool) -> None:

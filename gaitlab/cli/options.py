@@ -127,6 +127,23 @@ ShardText: TypeAlias = Annotated[
         "at the same time, on this machine or on others that see the same store.",
     ),
 ]
+Dask: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--dask",
+        metavar="ADDRESS",
+        help="Walk on the workers of a Dask scheduler (tcp://host:8786, or the file it wrote), of "
+        "this machine (local, with -j), or of SLURM (slurm, with cluster.yaml, or a FILE.yaml).",
+    ),
+]
+SharedStore: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--shared-store/--no-shared-store",
+        help="Whether the workers of --dask see the folder of the results; else results travel "
+        "through the scheduler.",
+    ),
+]
 Quick: TypeAlias = Annotated[
     bool, typer.Option("--quick", help="The short form of a reproduction, as its file has it.")
 ]

@@ -61,8 +61,10 @@ def lend_caches() -> None:
     """Where the libraries' own folders cannot be written, have them use `cache_folder` as well.
 
     Matplotlib and fontconfig would say at length that they could not, and list all fonts anew in
-    every process. The processes that this one starts inherit it.
+    every process. The processes that this one starts inherit it. Nor is it said that listing them
+    takes a moment.
     """
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     with suppress(_Refused):
         _made(_home("XDG_CONFIG_HOME", ".config"))
         if not cache_folder().refused:

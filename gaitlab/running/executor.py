@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from gaitlab.errors import StoreError, UnknownName
@@ -72,6 +73,25 @@ class Executor(Protocol):
     @property
     def running(self) -> int:
         """Jobs in flight."""
+
+
+class Cluster(Protocol):
+    """Worker processes elsewhere, which outlive a run."""
+
+    @property
+    def workers(self) -> int:
+        """How many there are, or are to be."""
+
+    def executor(
+        self, store: Path, task: Callable[..., TrialRecord], message: Callable[[str], None]
+    ) -> Executor:
+        """What runs trials there into a store.
+
+        Args:
+            store: Folder of the store.
+            task: What to do with a trial; takes the folder of the store as `store`.
+            message: Is given what the user should know at once.
+        """
 
 
 class Serial:

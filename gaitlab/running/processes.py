@@ -22,7 +22,7 @@ import signal
 import tempfile
 import time
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import connection, get_context
@@ -31,7 +31,7 @@ from pathlib import Path
 from typing import IO, TypeAlias
 
 from gaitlab.running.cpu import LOOK, WorkClock
-from gaitlab.running.executor import TIMED_OUT, Executor, Job, Outcome, Serial
+from gaitlab.running.executor import TIMED_OUT, Cluster, Executor, Job, Outcome, Serial
 from gaitlab.running.worker import OUT_OF_MEMORY, Task, serve, simulated
 from gaitlab.store import TrialRecord
 
@@ -73,7 +73,7 @@ class Child:
             args=(other, task, os.getpid(), Path(self._output.name), memory),
             daemon=True,
         )
-        with _deaf_child(), _single_threaded_child():
+        with deaf_child(), _single_threaded_child():
             self._process.start()
         self._clock = WorkClock(self._process.pid or 0)
         other.close()
@@ -187,7 +187,7 @@ def _output_file() -> IO[str]:
 
 
 @contextmanager
-def _deaf_child() -> Iterator[None]:
+def deaf_child() -> Iterator[None]:
     """A process started herein never sees the signals that stop a run, not even while importing."""
     deaf = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, deaf)
@@ -325,7 +325,21 @@ class Processes:
         )
 
 
-def executor(store: Path, jobs: int) -> Executor:
-    """What simulates trials into a store: so many worker processes, or with 0 this process."""
+def executor(
+    store: Path,
+    jobs: int,
+    cluster: Cluster | None = None,
+    message: Callable[[str], None] = lambda text: None,
+) -> Executor:
+    """What simulates trials into a store: so many worker processes, with 0 this process.
+
+    Args:
+        store: Folder of the store.
+        jobs: Worker processes; 0 for this process.
+        cluster: Has workers instead, elsewhere.
+        message: Is given what the user should know at once.
+    """
+    if cluster is not None:
+        return cluster.executor(store, simulated, message)
     task = partial(simulated, store=store)
     return Processes(task, jobs) if jobs else Serial(task)

@@ -16,7 +16,7 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.running.executor import Considerate, Executor, Job, Outcome, job_of
+from gaitlab.running.executor import Cluster, Considerate, Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
 from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, dealt, standings
 from gaitlab.running.pace import Pace
@@ -51,6 +51,7 @@ def dispatch(
     others: bool = False,
     retry_failed: bool = False,
     progress: Progress | None = None,
+    cluster: Cluster | None = None,
 ) -> Summary:
     """Run the trials of an experiment, or of a shard of it, that the store does not hold yet.
 
@@ -67,6 +68,7 @@ def dispatch(
         retry_failed: Run trials again that failed before; those that only took too long are in any
             case.
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
+        cluster: Has the workers, instead of `jobs`.
 
     Raises:
         NoEngine: If an engine that it asks for is not installed.
@@ -86,9 +88,10 @@ def dispatch(
             shard=shard,
             retry_failed=retry_failed,
             progress=progress or Progress(),
-            forecast=Forecast(workers=jobs),
+            forecast=Forecast(workers=cluster.workers if cluster else jobs),
         )
-        return sweep.run(Considerate(executor(store.path, jobs), store))
+        walks = executor(store.path, jobs, cluster, sweep.message)
+        return sweep.run(Considerate(walks, store))
 
 
 def share_out(experiment: Experiment, store: Store, count: int) -> None:
@@ -254,7 +257,7 @@ class _Sweep:
         where = ", ".join(
             f"{path.rpartition('.')[2]} {value}" for path, value in trial.cell.items()
         )
-        self._message(
+        self.message(
             f"{where}: does not stand, {count} of {seeds} seeds fell before their first step; "
             "further such cells are only counted"
         )
@@ -263,7 +266,8 @@ class _Sweep:
         with suppress(OSError):
             call(value)
 
-    def _message(self, text: str) -> None:
+    def message(self, text: str) -> None:
+        """Something the user should know now."""
         self._report(self.progress.message, text)
 
     def _stop(self, executor: Executor, number: int) -> None:
@@ -272,14 +276,14 @@ class _Sweep:
             raise KeyboardInterrupt
         executor.drain()
         self.summary = replace(self.summary, interrupted=True)
-        self._message(f"stopping: {executor.running} running trials are finished first")
+        self.message(f"stopping: {executor.running} running trials are finished first")
 
     def _warn_of_little_room(self, planned: Plan) -> None:
         needed = cost(planned, self.summary.left, 1).size
         with suppress(OSError):
             free = shutil.disk_usage(self.store.path).free
             if free < needed:
-                self._message(
+                self.message(
                     f"the disk has {_megabytes(free)} free and this run needs up to "
                     f"{_megabytes(needed)}; if it fills up, nothing committed is lost"
                 )

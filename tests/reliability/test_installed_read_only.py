@@ -94,14 +94,14 @@ def test_every_command_works_where_only_temporary_files_can_be_written(
     machine = Machine(tmp_path, HOME="/proc/nohome", TMPDIR=str(temporary))
     kept = str(temporary / f"gaitlab-{os.geteuid()}")
     chosen = ("eros_quick", "--set", f"engine.name={engine}", *FEW)
-    said = machine.gaitlab("run", *chosen, "-j", "2")
+    said = machine.gaitlab("run", *chosen, "-j", "1")
     assert said.count(kept) == 1, "said once"
     machine.gaitlab("report", *chosen)
     trial = next((tmp_path / "data" / "trials").rglob("*.parquet")).stem
     machine.gaitlab("replay", trial, "--output", "walk.gif", "--to", "0.2", "-j", "2")
     said = machine.gaitlab(
-        "optimize", "eros_carpet", "--set", f"engine.name={engine}", "--trials", "1", "-j", "2",
-        "--no-validation", "--set", "horizon.cycles=1",
+        "optimize", "eros_carpet", "--set", f"engine.name={engine}", "--trials", "1", "-j", "1",
+        "--no-validation", "--set", "seeds=1", "--set", "horizon.cycles=1",
     )  # fmt: skip
     assert said.count(kept) == 1
     assert {path.name for path in temporary.iterdir()} == {Path(kept).name}, "nothing else is left"
@@ -110,7 +110,7 @@ def test_every_command_works_where_only_temporary_files_can_be_written(
 @pytest.mark.bullet
 @pytest.mark.parametrize("home", [True, False])
 def test_a_run_needs_no_temporary_file(tmp_path: Path, home: bool) -> None:
-    """The file systems for temporary files are full; and then there is no home either."""
+    """Where they would lie is full, and HOME unset; or it cannot be written either."""
     place = tmp_path / "temporary"
     place.mkdir()
     caches = {"XDG_CACHE_HOME": str(tmp_path / "caches")} if home else {"HOME": "/proc/nohome"}
@@ -119,4 +119,5 @@ def test_a_run_needs_no_temporary_file(tmp_path: Path, home: bool) -> None:
     said = machine.gaitlab("run", "eros_quick", *FEW, "-j", "1")
     assert ("NUMBA_CACHE_DIR" in said) is not home
     assert (tmp_path / "caches").exists() is home
-    machine.gaitlab("report", "eros_quick", *FEW)
+    if not home:
+        machine.gaitlab("report", "eros_quick", *FEW)
