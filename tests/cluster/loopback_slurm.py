@@ -24,7 +24,6 @@ from tests.reliability.drivers import until
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scancel", "sinfo")
 START = 30.0  # s in which the daemons are ready, or something is wrong
-SETTLED = 5.0  # s after which the controller believes at once that a job which is not there is gone
 ROOT = Path(__file__).parent.parent.parent
 SBIN = ("/usr/sbin", "/usr/local/sbin")  # where daemons are, which not everybody's PATH names
 
@@ -172,13 +171,6 @@ class LoopbackSlurm:
             if done.returncode == 0:
                 return done.stdout.splitlines()
             assert time.monotonic() < end, done.stderr  # the controller may be busy for a moment
-
-    def wait_until_running(self, seconds: float) -> None:
-        """Wait until a job runs; none that has not begun by then ever will."""
-        end = time.monotonic() + seconds
-        while not self.queue("RUNNING"):
-            assert time.monotonic() < end, self.queue()
-            time.sleep(0.1)
 
     def states(self, job: str) -> list[str]:
         """How each task of a job has ended, in the order of their numbers."""
