@@ -12,7 +12,7 @@ COPY experiments ./experiments
 RUN python -m venv /opt/gaitlab \
  && /opt/gaitlab/bin/pip install --no-cache-dir -c constraints.txt hatchling \
  && /opt/gaitlab/bin/pip install --no-cache-dir -c constraints.txt --no-build-isolation \
-      '.[mujoco,policy]'
+      '.[cluster,mujoco,policy]'
 
 FROM python:3.11-slim
 COPY --from=build /opt/gaitlab /opt/gaitlab
