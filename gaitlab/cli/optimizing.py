@@ -26,6 +26,7 @@ from gaitlab.cli.printing import duration, other_output_on_stderr, plural, say, 
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
+    from gaitlab import LoadedExperiment
     from gaitlab.experiment import Experiment
     from gaitlab.search import History
     from gaitlab.search.search import SearchResult
@@ -122,8 +123,9 @@ def optimize(
       gaitlab optimize eros_small --export best.yaml
       gaitlab run best.yaml
     """
+    from gaitlab import load
     from gaitlab.cli.search_text import plan_text
-    from gaitlab.experiment import load_experiment, study_of
+    from gaitlab.experiment import study_of
     from gaitlab.search.fresh import random_sibling
     from gaitlab.search.winner import check_target
     from gaitlab.store import Store
@@ -132,17 +134,17 @@ def optimize(
     if export is not None:
         check_target(export)
     with other_output_on_stderr():
-        experiment = load_experiment(study, given)
-    study_of(experiment)
+        loaded = load(study, given)
+    study_of(loaded.experiment)
     tell_engine()
-    experiment = random_sibling(experiment) if baseline else experiment
+    experiment = random_sibling(loaded.experiment) if baseline else loaded.experiment
     results, workers = Store(store), worker_count(jobs)
     if dry_run:
         say(plan_text(experiment, results, storage, workers, as_json))
         return 0
     tell_compiling(experiment)
     search = _OptimizeRun(
-        experiment, results, storage, workers, quiet, as_json, baseline is not None
+        loaded, experiment, results, storage, workers, quiet, as_json, baseline is not None
     )
     try:
         return search.run(export, given, validation)
@@ -164,6 +166,7 @@ class _OptimizeRun:
 
     def __init__(
         self,
+        loaded: LoadedExperiment,
         experiment: Experiment,
         store: Store,
         storage: str | None,
@@ -174,7 +177,8 @@ class _OptimizeRun:
     ) -> None:
         from gaitlab.search.database import command_line
 
-        self.experiment, self.store, self.storage, self.jobs = experiment, store, storage, jobs
+        self.loaded, self.experiment, self.store = loaded, experiment, store
+        self.storage, self.jobs = storage, jobs
         self.quiet, self.as_json, self.random = quiet, as_json, random
         self.shared = storage is not None
         self.again = command_line("optimize", experiment, store, storage)
@@ -186,14 +190,14 @@ class _OptimizeRun:
         from gaitlab.cli.search_text import result_json, result_text
         from gaitlab.search.database import command_line
         from gaitlab.search.obstacles import obstacles
-        from gaitlab.search.search import optimize as search
 
         with other_output_on_stderr():
-            result = search(
-                self.experiment,
-                self.store,
+            result = self.loaded.optimize(
+                self.store.path,
                 jobs=self.jobs,
                 storage=self.storage,
+                baseline="random" if self.random else None,
+                validation=False,
                 callback=search_progress(quiet=self.quiet),
             )
         going = result.over

@@ -44,6 +44,26 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
     committed = _committed(Store(store), trial_id)
     if committed is not None:
         return committed
+    record, log = simulate_trial(trial_id, trial)
+    if not store.is_dir():  # a commit would make it anew, perhaps on another disk
+        raise StoreError(
+            f"{store}: the folder of the results has vanished while it was in use; bring it back "
+            "or choose another one with --store DIR. The same command goes on from there."
+        )
+    Store(store).commit(record, log)
+    return record
+
+
+def simulate_trial(trial_id: str, trial: Mapping[str, Any]) -> tuple[TrialRecord, TrialLog | None]:
+    """Simulate and measure; nothing is written.
+
+    Returns:
+        What is to be committed; the log is None unless the trial is `DONE`.
+
+    Raises:
+        NoEngine: If its engine is not installed here.
+        MemoryError: If there is not enough memory.
+    """
     start = time.perf_counter()
     outcome = _outcome(trial)
     record = TrialRecord(
@@ -54,13 +74,7 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
         metrics=outcome.metrics,
         provenance=provenance(time.perf_counter() - start, engine_of(trial)),
     )
-    if not store.is_dir():  # a commit would make it anew, perhaps on another disk
-        raise StoreError(
-            f"{store}: the folder of the results has vanished while it was in use; bring it back "
-            "or choose another one with --store DIR. The same command goes on from there."
-        )
-    Store(store).commit(record, outcome.log)
-    return record
+    return record, outcome.log
 
 
 def _committed(store: Store, trial_id: str) -> TrialRecord | None:
