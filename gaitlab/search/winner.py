@@ -11,6 +11,7 @@ from gaitlab.documents import Node, dump, inline, plain
 from gaitlab.documents.outputs import write_text
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.experiment.json_schema import put_beside
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.metrics import lookup
 from gaitlab.plugins import is_file_name
@@ -72,7 +73,8 @@ def export_winner(
         tree = apply_setting(tree, f"{searched}={inline(value)}")
     content = plain(_standing_alone(tree))
     body = dump({**own, **(content if isinstance(content, Mapping) else {})})
-    write_text(path, "\n".join([*_head(history, winner), body]))
+    head = [*_head(history, winner), put_beside("experiment", path)]
+    write_text(path, "\n".join([*head, body]))
     return load_experiment(path)
 
 
