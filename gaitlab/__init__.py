@@ -340,6 +340,7 @@ class LoadedExperiment:
         return planned, fitting[0]
 
     def __repr__(self) -> str:
+        from gaitlab.experiment.shell import called
         from gaitlab.plugins import label
 
         found, parts = self.experiment, self.experiment.parts
@@ -353,7 +354,7 @@ class LoadedExperiment:
             cells, seeds = self._plan.cell_count, len(found.seeds)
             varied = f" over {', '.join(found.varied)}" if found.varied else ""
             what = f"{cells} cells x {seeds} seeds = {cells * seeds} trials{varied}"
-        return f"<{self.name}: {walks}, {what}, {grounds}; {found.path}>"
+        return f"<{self.name}: {walks}, {what}, {grounds}; {called(found.path)}>"
 
 
 @dataclass(frozen=True, kw_only=True)
