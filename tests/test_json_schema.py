@@ -333,6 +333,20 @@ def test_an_editor_completes_keys_names_and_paths(server: Server) -> None:
     assert "study" in server.completed("d.yaml", f"{head}st|\n")
 
 
+@pytest.mark.long
+def test_an_editor_shows_meaning_unit_and_range(server: Server) -> None:
+    head = f"{MODELINE}.gaitlab/experiment.json\ngait:\n  type: eros\n"
+    text = f"{head}  step_height: 0.03\ngrid:\n  gait.lateral_sway: [0.01]\n"
+    assert server.opened("hover.yaml", text) == []
+    table = parameter_table(load_class("gait", "eros"))
+    for line, name in ((3, "step_height"), (5, "lateral_sway")):
+        place = {"line": line, "character": 8}
+        asked = {"textDocument": {"uri": (server.folder / "hover.yaml").as_uri()}}
+        shown = json.dumps(server.ask("textDocument/hover", {**asked, "position": place}))
+        assert table[name].doc in shown
+        assert f" {table[name].unit}" in shown
+
+
 def test_the_line_of_a_shipped_file_moves_no_identity(tmp_path: Path) -> None:
     path = ROOT / "experiments" / "flow_walk.yaml"
     line, _, bare = path.read_text().partition("\n")

@@ -50,7 +50,7 @@ NEXT = {  # command by kind that comes next; without `run` in a walk of one's ow
 
 
 def new(
-    kind: Annotated[NewKind, typer.Argument(metavar="KIND", help=f"{', '.join(NewKind)}.")],
+    kind: Annotated[NewKind, typer.Argument(metavar="KIND", help="What is begun.")],
     name: Annotated[
         Path, typer.Argument(metavar="NAME", parser=written_to, help="What it is to be called.")
     ],
@@ -107,7 +107,7 @@ def _schema_of(kind: str) -> str:
 
 def schema(
     kind: Annotated[
-        SchemaKind, typer.Argument(metavar="[KIND]", help=f"{', '.join(SchemaKind)}.")
+        SchemaKind, typer.Argument(metavar="KIND", help="Which files.")
     ] = SchemaKind.experiment,
     output: Annotated[
         Path | None,

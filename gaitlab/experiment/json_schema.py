@@ -379,19 +379,27 @@ def _paths(group: str, cls: type) -> Iterator[tuple[str, Parameter]]:
 
 
 @cache
-def _every_path() -> Mapping[str, tuple[Parameter, ...]]:
-    """What shipped code declares of each dotted path that can be varied."""
-    classes: list[tuple[str, type]] = [
-        (kind, load_class(kind, name)) for kind in CODED for name in names(kind)
+def _owners() -> Mapping[str, Sequence[tuple[str, Parameter]]]:
+    """What shipped code declares of each dotted path that can be varied, and by whom."""
+    classes: list[tuple[str, str, type]] = [
+        (kind, name, load_class(kind, name)) for kind in CODED for name in names(kind)
     ]
-    classes += [("surface", cls) for cls in SURFACE_TYPES.values()]
-    classes += [("servo", Servo), *SETTINGS.items()]
-    found: dict[str, tuple[Parameter, ...]] = {"servo.type": (SERVO_TYPE,)}
-    for group, cls in classes:
+    classes += [("surface", name, cls) for name, cls in SURFACE_TYPES.items()]
+    classes += [(group, group, cls) for group, cls in (("servo", Servo), *SETTINGS.items())]
+    found: dict[str, list[tuple[str, Parameter]]] = {"servo.type": [("servo", SERVO_TYPE)]}
+    for group, name, cls in classes:
         for path, item in _paths(group, cls):
-            known = found.get(path, ())
-            found[path] = known if item in known else (*known, item)
+            found.setdefault(path, []).append((name, item))
     return found
+
+
+@cache
+def _every_path() -> Mapping[str, tuple[Parameter, ...]]:
+    """The same, each declaration once."""
+    return {
+        path: tuple(item for k, item in enumerate(items) if item not in items[:k])
+        for path, items in ((p, [item for _, item in pairs]) for p, pairs in _owners().items())
+    }
 
 
 def _own_paths(kind: str, properties: Mapping[str, Schema], only: Sequence[str]) -> Schema:
@@ -425,9 +433,14 @@ def _reference(path: str) -> Schema:
 
 
 def _doc(path: str) -> str:
-    """What a path is, in a line; its range stands with its values."""
-    item = _every_path()[path][0]
-    return item.doc + (f", in {item.unit}" if item.unit not in ("-", "file") else "")
+    """What a path is, in a line; its range stands with its values. Who differs is named."""
+    meanings: dict[str, list[str]] = {}
+    for name, item in _owners()[path]:
+        unit = f", in {item.unit}" if item.unit not in ("-", "file") else ""
+        meanings.setdefault(item.doc + unit, []).append(name)
+    if len(meanings) == 1:
+        return next(iter(meanings))
+    return "; ".join(f"{', '.join(names)}: {doc}" for doc, names in meanings.items())
 
 
 def _listed(path: str, value: Schema | None = None) -> Schema:
