@@ -10,7 +10,7 @@ NEUTRAL := tests/simulate tests/servos tests/metrics tests/search/test_command.p
   $(addprefix tests/test_,cli.py cli_mistakes.py dispatch.py engine_choice.py executors.py \
   experiment.py missing_engine.py own_code.py plan.py plugins.py run.py store.py systems.py)
 
-.PHONY: run test test-all test-neutral lint types format reports benchmark clean
+.PHONY: run test test-all test-neutral lint types format schemas reports benchmark clean
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed  ## simulate the quick experiment and write its report
@@ -42,6 +42,11 @@ types: $(VENV)/installed-dev  ## types of the code
 format: $(VENV)/installed-dev  ## put the style right
 	@$(BIN)/ruff check --fix .
 	@$(BIN)/ruff format .
+
+schemas: $(VENV)/installed  ## write the schemas of the files anew, which editors use
+	@for kind in experiment surface servo robot; do \
+	  $(BIN)/gaitlab schema $$kind --output docs/schema/$$kind.json >/dev/null || exit; \
+	done
 
 reports: $(VENV)/installed  ## make the published reports again, in about an hour
 	@$(BIN)/gaitlab run eros_quick && $(BIN)/gaitlab report eros_quick

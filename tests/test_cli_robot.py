@@ -13,6 +13,7 @@ import pytest
 from gaitlab.cli import run_command_line
 from gaitlab.errors import Infeasible
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.json_schema import MODELINE
 from gaitlab.experiment.plan import plan
 from gaitlab.log import GRAVITY
 from gaitlab.model.foreign.findings import DIRECTIONS, FINEST, standing_torques
@@ -158,9 +159,9 @@ def test_a_line_of_the_draft_says_the_same_without_its_mark(gaitlab, velocity: f
     assert gaitlab("robot", "my.urdf").code == 0
     draft = Path("my_robot.yaml")
     before = load_robot(draft.resolve())
-    lines = [
-        re.sub(r"^# ( *\S+: ?|servos:$)", r"\1", line) for line in draft.read_text().split("\n")
-    ]
+    schema, *said = draft.read_text().split("\n")
+    assert schema.startswith(MODELINE)
+    lines = [re.sub(r"^# ( *\S+: ?|servos:$)", r"\1", line) for line in said]
     draft.write_text("\n".join(lines[:2] + [x for x in lines[2:] if not x.startswith("#")]))
     after = load_robot(draft.resolve())
     keys = {"urdf", "servos", "mass", "posture", "legs", "sole", "forward", "description"}

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitlab.cli.trial_lookup import trial_at
 from gaitlab.errors import UnknownName
 from gaitlab.running import dispatch
 from gaitlab.store import Store
+from gaitlab.store.addresses import trial_at
 from tests import pretended
 
 

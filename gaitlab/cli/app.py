@@ -24,6 +24,7 @@ from gaitlab.cli.replaying import export, replay
 from gaitlab.cli.results import QueryCommand, merge, query, report, status, verify
 from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
+from gaitlab.cli.starting import new, schema
 from gaitlab.cli.submitting import submit
 from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
@@ -31,7 +32,16 @@ from gaitlab.kinematics.caches import lend_caches
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 READING = ("list", "show", "query", "ik", "fk", "compare-log")
-WRITING = ("robot", "report", "audit", "export", "replay", "baseline")  # files outside the store
+WRITING = (
+    "new",
+    "schema",
+    "robot",
+    "report",
+    "audit",
+    "export",
+    "replay",
+    "baseline",
+)  # files outside the store
 
 
 class _Stopped(Exception):
@@ -107,6 +117,7 @@ app.command(short_help="Write the tables and figures of experiments or studies."
 app.command(name="list", short_help="List robots, gaits, surfaces, servos, experiments.")(
     list_names
 )
+app.command(short_help="Begin an experiment, study, surface, servo or gait.")(new)
 app.command(short_help="See what a URDF holds, and draft a first walk.")(robot)
 app.command(short_help="Show the parameters behind a name, or a trial.")(show)
 app.command(short_help="Show a trial as a film.")(replay)
@@ -118,6 +129,7 @@ app.command(short_help="Count what is done, infeasible, failed and damaged.")(st
 app.command(cls=QueryCommand)(query)
 app.command(context_settings=NUMBERS)(ik)
 app.command(context_settings=NUMBERS)(fk)
+app.command(short_help="Print what may stand in a file, for editors.")(schema)
 app.command(short_help="Set a paper's published tables beside our values.")(audit)
 app.command(short_help="Walk an experiment and compare with a baseline.")(check)
 app.command(short_help="Write the baseline that `check` compares with.")(baseline)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import json
-import re
 import shlex
 from collections.abc import Mapping
 from contextlib import suppress
@@ -26,17 +25,16 @@ from gaitlab.cli.printing import (
     say,
     wrapped,
 )
+from gaitlab.cli.trial_lookup import complete_trials
 from gaitlab.errors import FileError, UnknownName
 
 if TYPE_CHECKING:
     from gaitlab.experiment import Study
     from gaitlab.model.foreign.robot import ForeignRobot
     from gaitlab.plugins import Kind
-    from gaitlab.store import Store, TrialRecord
+    from gaitlab.store import TrialRecord
 
-HEX = re.compile(r"[0-9a-fA-F]{4,32}")
 CLASSES: Mapping[str, Kind] = MappingProxyType({"Robot": "robot", "Balance": "balance"})
-NEAREST = 5  # trials listed when a prefix fits none or several
 
 
 class Plural(str, Enum):
@@ -136,13 +134,27 @@ def _all_names() -> list[str]:
     return names_of(*KINDS)
 
 
+def _complete(context: typer.Context, incomplete: str) -> list[str]:
+    """Names, and below the experiments of the store their trials."""
+    return [*completed(_all_names)(incomplete), *complete_trials(context, incomplete)]
+
+
+def _is_file(name: str) -> bool:
+    """Whether a file is meant; the address of a trial has slashes too, and numbers with points."""
+    from gaitlab.plugins import SUFFIXES, is_file_name
+
+    known = {suffix for suffixes in SUFFIXES.values() for suffix in suffixes}
+    return is_file_name(name) and (Path(name).suffix.lower() in known or Path(name).exists())
+
+
 def show(
     name: Annotated[
         str,
         typer.Argument(
             metavar="NAME|TRIAL",
-            help="A name from `gaitlab list`, or the first digits of a trial.",
-            autocompletion=completed(_all_names),
+            help="A name from `gaitlab list`, a file, or a trial: its first digits, or "
+            "EXPERIMENT/VALUE/.../SEED.",
+            autocompletion=_complete,
         ),
     ],
     store: StoreFolder = DEFAULT_STORE,
@@ -153,22 +165,24 @@ def show(
     Example:
       gaitlab show grass_50mm
     """
-    from gaitlab.plugins import KINDS, is_file_name, names, nearest
+    from gaitlab.plugins import KINDS, names, nearest
     from gaitlab.store import Store
+    from gaitlab.store.addresses import is_address, trial_at
 
     kinds = [kind for kind in KINDS if name in names(kind)]
-    if kinds or is_file_name(name):
+    if kinds or _is_file(name):
         with other_output_on_stderr():
             texts = [described(kind, name) for kind in kinds or [_kind_of_file(name)]]
         say("\n\n".join(texts))
         return 0
-    if HEX.fullmatch(name):
-        say(trial_text(_record(Store(store), name.lower())))
+    results = Store(store)
+    if is_address(results, name):
+        say(trial_text(results.record(trial_at(results, name))))
         return 0
     near = nearest(name, sorted({known for kind in KINDS for known in names(kind)}))
     raise UnknownName(
         f"nothing is called {name!r}{near}; `gaitlab list` gives every name, and a trial is "
-        "named by at least 4 of its first digits"
+        "named by at least 4 of its first digits or its place, EXPERIMENT/VALUE/.../SEED"
     )
 
 
@@ -191,26 +205,6 @@ def _kind_of_file(name: str) -> Kind:
     if "type" in keys or "frames" in keys:
         return "surface" if "type" in keys else "motion"
     return "servo" if keys & set(parameter_table(Servo)) else "experiment"
-
-
-def _record(results: Store, prefix: str) -> TrialRecord:
-    """Record of the one trial whose id starts so.
-
-    Raises:
-        UnknownName: If none or several do; lists the nearest.
-    """
-    ids = sorted(results.index().entries)
-    fitting = [trial_id for trial_id in ids if trial_id.startswith(prefix)]
-    if len(fitting) == 1:
-        return results.record(fitting[0])
-    nearest = fitting or sorted(ids, key=lambda i: -_shared(i, prefix))
-    what = f"{len(fitting)} trials start" if fitting else "no trial starts"
-    listed = ", ".join(trial_id[: len(prefix) + 4] for trial_id in nearest[:NEAREST]) or "none"
-    raise UnknownName(f"{results.path}: {what} with {prefix}; nearest: {listed}")
-
-
-def _shared(one: str, other: str) -> int:
-    return next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), len(other))
 
 
 EMPTY: Mapping[str, str] = MappingProxyType({})

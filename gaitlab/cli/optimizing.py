@@ -35,6 +35,7 @@ from gaitlab.cli.printing import duration, other_output_on_stderr, plural, say, 
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
+    from gaitlab import LoadedExperiment
     from gaitlab.experiment import Experiment
     from gaitlab.running.executor import Cluster
     from gaitlab.search import History
@@ -134,8 +135,9 @@ def optimize(
       gaitlab optimize eros_small --export best.yaml
       gaitlab run best.yaml
     """
+    from gaitlab import load
     from gaitlab.cli.search_text import plan_text
-    from gaitlab.experiment import load_experiment, study_of
+    from gaitlab.experiment import study_of
     from gaitlab.search.fresh import random_sibling
     from gaitlab.search.winner import check_target
     from gaitlab.store import Store
@@ -144,10 +146,10 @@ def optimize(
     if export is not None:
         check_target(export)
     with other_output_on_stderr():
-        experiment = load_experiment(study, given)
-    study_of(experiment)
+        loaded = load(study, given)
+    study_of(loaded.experiment)
     tell_engine()
-    experiment = random_sibling(experiment) if baseline else experiment
+    experiment = random_sibling(loaded.experiment) if baseline else loaded.experiment
     results = Store(store)
     with cluster_of(dask, jobs, shared_store) or nullcontext() as cluster:
         workers = cluster.workers if cluster else worker_count(jobs)
@@ -156,7 +158,15 @@ def optimize(
             return 0
         tell_compiling(experiment)
         search = _OptimizeRun(
-            experiment, results, storage, workers, cluster, quiet, as_json, baseline is not None
+            loaded,
+            experiment,
+            results,
+            storage,
+            workers,
+            cluster,
+            quiet,
+            as_json,
+            baseline is not None,
         )
         try:
             return search.run(export, given, validation)
@@ -178,6 +188,7 @@ class _OptimizeRun:
 
     def __init__(
         self,
+        loaded: LoadedExperiment,
         experiment: Experiment,
         store: Store,
         storage: str | None,
@@ -189,8 +200,9 @@ class _OptimizeRun:
     ) -> None:
         from gaitlab.search.database import command_line
 
-        self.experiment, self.store, self.storage, self.jobs = experiment, store, storage, jobs
-        self.cluster, self.quiet, self.as_json, self.random = cluster, quiet, as_json, random
+        self.loaded, self.experiment, self.store = loaded, experiment, store
+        self.storage, self.jobs, self.cluster = storage, jobs, cluster
+        self.quiet, self.as_json, self.random = quiet, as_json, random
         self.shared = storage is not None
         self.again = command_line("optimize", experiment, store, storage)
         self.again += " --baseline random" if random else ""
@@ -201,14 +213,14 @@ class _OptimizeRun:
         from gaitlab.cli.search_text import result_json, result_text
         from gaitlab.search.database import command_line
         from gaitlab.search.obstacles import obstacles
-        from gaitlab.search.search import optimize as search
 
         with other_output_on_stderr():
-            result = search(
-                self.experiment,
-                self.store,
+            result = self.loaded.optimize(
+                self.store.path,
                 jobs=self.jobs,
                 storage=self.storage,
+                baseline="random" if self.random else None,
+                validation=False,
                 callback=search_progress(quiet=self.quiet),
                 cluster=self.cluster,
             )

@@ -11,11 +11,11 @@ from itertools import zip_longest
 from shutil import get_terminal_size
 from typing import TextIO
 
+from gaitlab.documents.printable import columns as columns
+from gaitlab.documents.printable import number as number
 from gaitlab.documents.printable import visible
-from gaitlab.plugins import shown
 
 NARROWEST = 22  # characters of a text in a column of its own
-SIX_DIGITS, LONGEST_WHOLE = 1e6, 1e15  # floats between are written out, not as powers of ten
 MINUTE, HOUR, DAY = 60.0, 3600.0, 86400.0  # s
 
 
@@ -63,21 +63,6 @@ def tell_at_once(text: str) -> None:
         os.write(2, f"{visible(text)}\n".encode())
 
 
-def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in aligned columns: numbers to the right, words to the left."""
-    cells = [[visible(text).replace("\n", "\\n") for text in row] for row in (head, *rows)]
-    rows = cells[1:]
-    widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
-    right = [bool(rows) and all(_is_number(row[i]) for row in rows) for i in range(len(head))]
-    return "\n".join(
-        "  ".join(
-            text.rjust(width) if number else text.ljust(width)
-            for text, width, number in zip(row, widths, right, strict=True)
-        ).rstrip()
-        for row in cells
-    )
-
-
 def wrapped(head: Sequence[str], rows: Sequence[Sequence[str]], texts: int) -> str:
     """A table whose last columns are texts: broken to fit a terminal, whole lines elsewhere.
 
@@ -111,17 +96,6 @@ def _lines(row: Sequence[str], first: int, width: int) -> list[list[str]]:
     return [[*(row[:first] if not i else [""] * first), *line] for i, line in enumerate(lines)]
 
 
-def number(value: object) -> str:
-    """A value for reading: floats to six digits, nothing for nothing, switches as in YAML."""
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float) and SIX_DIGITS <= abs(value) < LONGEST_WHOLE:
-        return f"{value:.0f}"
-    return f"{value:.6g}" if isinstance(value, float) else shown(str(value))
-
-
 def plural(count: int, noun: str) -> str:
     """`1 trial`, `2,000 trials`."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
@@ -142,11 +116,3 @@ def size(content: float) -> str:
             return f"{content:.3g} {unit}"
         content /= 1000.0
     return f"{content:.3g} PB"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text or "0")
-    except ValueError:
-        return False
-    return True

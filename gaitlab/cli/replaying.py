@@ -12,7 +12,7 @@ import typer
 from gaitlab.cli.common import MOST_JOBS, worker_count
 from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
-from gaitlab.cli.trial_lookup import ADDRESS, trial_at, trial_of
+from gaitlab.cli.trial_lookup import ADDRESS, complete_trials, trial_of
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -40,10 +40,16 @@ def _pixels(text: str) -> tuple[int, int]:
 
 def replay(
     trial: Annotated[
-        str, typer.Argument(metavar="TRIAL", help=f"{ADDRESS[0].upper()}{ADDRESS[1:]}.")
+        str,
+        typer.Argument(metavar="TRIAL", help=ADDRESS, autocompletion=complete_trials),
     ],
     other: Annotated[
-        str | None, typer.Argument(metavar="[OTHER]", help="A second trial, shown beside it.")
+        str | None,
+        typer.Argument(
+            metavar="[OTHER]",
+            help="A second trial, shown beside it.",
+            autocompletion=complete_trials,
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -101,6 +107,7 @@ def replay(
     from gaitlab.render import clip_of, play, write_replay
     from gaitlab.render.replay import checked_kind
     from gaitlab.store import Store
+    from gaitlab.store.addresses import trial_at
 
     results = Store(store)
     names = [trial_at(results, name) for name in (trial, other) if name is not None]
@@ -162,7 +169,9 @@ class FormatName(str, Enum):
 
 
 def export(
-    trial: Annotated[str, typer.Argument(metavar="TRIAL", help=ADDRESS)],
+    trial: Annotated[
+        str, typer.Argument(metavar="TRIAL", help=ADDRESS, autocompletion=complete_trials)
+    ],
     form: Annotated[
         FormatName,
         typer.Option(
@@ -193,6 +202,7 @@ def export(
     from gaitlab.render.export import ExportedTrial, write_export
     from gaitlab.render.export.export import require_library
     from gaitlab.store import Store
+    from gaitlab.store.addresses import trial_at
 
     wanted: Format = form.value
     require_library(wanted)

@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from enum import Enum
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -123,23 +122,20 @@ def report(
       gaitlab report eros_small
       gaitlab report eros_reproduction --quick
     """
+    from gaitlab import load
     from gaitlab.cli.common import refuse_quick
-    from gaitlab.experiment import is_reproduction, load_experiment
-    from gaitlab.papers.reproduction import sweep_page, write_reproduction
-    from gaitlab.report import write_report
-    from gaitlab.report.study.page import write_study_report
-    from gaitlab.store import Store
+    from gaitlab.experiment import is_reproduction
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     if any(map(is_reproduction, experiments)):
         from gaitlab.cli.reproducing import only_one
-        from gaitlab.papers.reproduction import load_reproduction
+        from gaitlab.papers.reproduction import load_reproduction, write_reproduction
+        from gaitlab.store import Store
 
-        name = only_one(experiments)
+        name, html = only_one(experiments), form is Form.html
         with other_output_on_stderr():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
-            html = form is Form.html
             page = write_reproduction(
                 whole, Store(store), output, html=html, tables=tables, force=force
             )
@@ -147,20 +143,15 @@ def report(
         return 0
     refuse_quick(experiments[0], quick)
     with other_output_on_stderr():
-        loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
-        sweep = sweep_page(loaded, settings or (), seeds)
-        if sweep is not None:
-            html = form is Form.html
-            page = write_reproduction(
-                sweep, Store(store), output, html=html, tables=tables, force=force
-            )
-            say(str(page))
-            return 0
-        write = write_report
-        if any(one.study for one in loaded):
-            write = partial(write_study_report, storage=storage)
-        page = write(
-            loaded, Store(store), output, html=form is Form.html, tables=tables, force=force
+        first, *others = [load(name, settings, seeds) for name in experiments]
+        page = first.report(
+            *others,
+            output=output,
+            format=form.value,
+            tables=tables,
+            force=force,
+            storage=storage,
+            store=store,
         )
     say(str(page))
     return 0
@@ -238,9 +229,9 @@ def query(
     Example:
       gaitlab query "SELECT surface, avg(stable::int) FROM trials GROUP BY 1"
     """
-    from gaitlab.store import Store
+    from gaitlab import open_store
 
-    answer = Store(store).query(sql, _tell_left_out, exact=True)
+    answer = open_store(store).query(sql, exact=True, left_out=_tell_left_out)
     head, rows = unlike(answer.columns), list(answer.itertuples(index=False, name=None))
     say(FORMATTED[form](head, rows))
     return 0

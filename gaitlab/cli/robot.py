@@ -135,6 +135,7 @@ def _write(
     import numpy as np
 
     from gaitlab.documents.outputs import write_text
+    from gaitlab.experiment.json_schema import put_beside
     from gaitlab.model.foreign.draft import experiment_draft, robot_draft
     from gaitlab.model.foreign.robot_file import is_urdf
     from gaitlab.render.standing import draw_standing
@@ -155,6 +156,8 @@ def _write(
         title=f"{found.name}, {found.mass:.2f} kg",
         force=force,
     )
+    kinds = {own: "robot", first: "experiment"}
+    texts = {file: f"{put_beside(kinds[file], file)}\n{text}" for file, text in texts.items()}
     files = {folder / PICTURE: "written"}
     for file, text in texts.items():
         files[file] = "kept" if not force and _differs(file, text) else "written"

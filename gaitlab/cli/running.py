@@ -89,9 +89,10 @@ def run(
       gaitlab run eros_quick -j 2 --set gait.step_height=0.02
       gaitlab run eros_quick --shard 1/4
     """
-    from gaitlab.experiment import is_reproduction, load_experiment, refuse_study
+    from gaitlab import load
+    from gaitlab.experiment import is_reproduction, refuse_study
     from gaitlab.experiment.plan import plan
-    from gaitlab.running import cost, dispatch, outlook
+    from gaitlab.running import cost, outlook
     from gaitlab.store import Shard, Store
 
     results = Store(store)
@@ -123,7 +124,8 @@ def run(
             return run_members(whole, results, options, dry_run=dry_run)
         refuse_quick(experiment, quick)
         with other_output_on_stderr():
-            wanted = load_experiment(experiment, settings, seeds)
+            loaded = load(experiment, settings, seeds)
+        wanted = loaded.experiment
         refuse_study(wanted)
         tell_engine()
         planned = plan(wanted, programs=False)
@@ -141,9 +143,8 @@ def run(
         again = arguments_of(experiment, settings, seeds, store)
         try:
             with other_output_on_stderr():
-                summary = dispatch(
-                    wanted,
-                    results,
+                summary = loaded.run(
+                    store,
                     jobs=workers,
                     shard=share,
                     retry_failed=retry_failed,

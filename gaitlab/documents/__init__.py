@@ -5,7 +5,7 @@ renamed. What the fields of an experiment mean is in `gaitlab.experiment`.
 """
 
 from gaitlab.documents.fields import Reader, allowed, build, check, checked, read_each, read_mapping
-from gaitlab.documents.loading import dump, load, parse
+from gaitlab.documents.loading import dump, inline, load, parse
 from gaitlab.documents.nodes import (
     Node,
     collected,
@@ -26,6 +26,7 @@ __all__ = [
     "collected",
     "dump",
     "in_order",
+    "inline",
     "instead",
     "load",
     "merged",

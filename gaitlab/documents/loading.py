@@ -10,6 +10,7 @@ References:
 from __future__ import annotations
 
 import io
+import json
 import re
 from collections.abc import Mapping
 from functools import lru_cache
@@ -41,6 +42,8 @@ BEFORE_COMMA = re.compile(rf"[{MINUSES}+]?[\d.]{{1,20}},$")
 TAG = "tag:yaml.org,2002:"
 DATE = re.compile(r"\d{4}-")  # begins what YAML takes for an instant; here it is text
 PLAIN = re.compile(r"[A-Za-z_./][\w./ -]*\w|[A-Za-z_]")  # ruamel still quotes `yes` and the like
+
+BARE = re.compile(r"(\.{0,2}/)?[A-Za-z_][\w./-]*", re.ASCII)  # needs no quotes on a line
 
 
 class _Representer(SafeRepresenter):
@@ -99,6 +102,20 @@ def _listed(data: object) -> object:
     if isinstance(data, Mapping):
         return {key: _listed(value) for key, value in data.items()}
     return [_listed(value) for value in data] if isinstance(data, tuple | list) else data
+
+
+def inline(value: object) -> str:
+    """A value as YAML on one line: a text in quotes where it needs them, a list, a mapping."""
+    if isinstance(value, Mapping):
+        entries = (f"{inline(str(key))}: {inline(item)}" for key, item in value.items())
+        return "{" + ", ".join(entries) + "}"
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(map(inline, value)) + "]"
+    if not isinstance(value, str):
+        return json.dumps(value)
+    if BARE.fullmatch(value) and value.lower() not in ("true", "false", "null"):
+        return value
+    return "'" + value.replace("'", "''") + "'" if value.isprintable() else json.dumps(value)
 
 
 def load(path: Path) -> Node:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
+from gaitlab.plugins import shown
+
+SIX_DIGITS, LONGEST_WHOLE = 1e6, 1e15  # floats between are written out, not as powers of ten
 # Control characters but line feed and tab; halves of characters; marks that are not seen or that
 # turn the direction of writing. Joiners of letters and emojis (U+200C, U+200D) stay.
 _OBEYED = re.compile(
@@ -31,11 +35,40 @@ def _written_out(found: re.Match[str]) -> str:
 
 def csv_cell(text: str) -> str:
     """The text as a cell that a spreadsheet shows: a `'` before what it would compute."""
-    shown = visible(text)
-    if len(shown) < 2 or not shown.lstrip().startswith(_FORMULA):
-        return shown
+    cell = visible(text)
+    formula = len(cell) > 1 and cell.lstrip().startswith(_FORMULA)
+    return f"'{cell}" if formula and not _is_number(cell) else cell
+
+
+def number(value: object) -> str:
+    """A value for reading: floats to six digits, nothing for nothing, switches as in YAML."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float) and SIX_DIGITS <= abs(value) < LONGEST_WHOLE:
+        return f"{value:.0f}"
+    return f"{value:.6g}" if isinstance(value, float) else shown(str(value))
+
+
+def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in aligned columns: numbers to the right, words to the left."""
+    cells = [[visible(text).replace("\n", "\\n") for text in row] for row in (head, *rows)]
+    rows = cells[1:]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
+    right = [bool(rows) and all(_is_number(row[i]) for row in rows) for i in range(len(head))]
+    return "\n".join(
+        "  ".join(
+            text.rjust(width) if number else text.ljust(width)
+            for text, width, number in zip(row, widths, right, strict=True)
+        ).rstrip()
+        for row in cells
+    )
+
+
+def _is_number(text: str) -> bool:
     try:
-        float(shown)
+        float(text or "0")
     except ValueError:
-        return f"'{shown}"
-    return shown
+        return False
+    return True

@@ -18,6 +18,7 @@ from gaitlab.experiment import (
     owned,
     try_out,
 )
+from gaitlab.experiment.loading import LARGEST_SEED
 from gaitlab.model import Robot
 from gaitlab.model.balance import Balance
 from gaitlab.model.commands import require_playable, servos_for
@@ -120,6 +121,16 @@ class Plan:
             for seed in self.experiment.seeds:
                 trial = Trial(**shared, seed=seed)
                 yield PlannedTrial(trial=trial, values=cell.values, cell_index=cell.index)
+
+    def trial(self, cell: Cell, seed: int) -> Trial:
+        """The trial of a cell with any seed, those of the experiment or another.
+
+        Raises:
+            WrongValue: If a program writes no walk for it, or the seed is none.
+        """
+        if not 0 <= seed <= LARGEST_SEED:
+            raise WrongValue(f"seed {seed}: a seed is a whole number from 0 to 2^63 - 1")
+        return Trial(**_Maker(self.experiment, self.programs).shared(cell.values), seed=seed)
 
     def write_walks(self) -> None:
         """Have every walk written that a program writes, so that nothing has to wait for it later.

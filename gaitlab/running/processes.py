@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import tempfile
 import time
 from collections import deque
@@ -28,6 +29,7 @@ from functools import partial
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import ModuleType
 from typing import IO, TypeAlias
 
 from gaitlab.running.cpu import LOOK, WorkClock
@@ -74,7 +76,7 @@ class Child:
             args=(other, task, os.getpid(), Path(self._output.name), memory),
             daemon=True,
         )
-        with deaf_child(), _single_threaded_child():
+        with deaf_child(), _single_threaded_child(), _without_main():
             self._process.start()
         self._clock = WorkClock(self._process.pid or 0)
         other.close()
@@ -213,6 +215,20 @@ def _single_threaded_child() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """A process started herein does not run the script that started it: it needs nothing of it.
+
+    Or else a script of three lines that calls `run` would have to be written around that.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def fair_memory(workers: int) -> int:

@@ -97,7 +97,7 @@ def makers(engine: EngineName = "bullet", package: Path = PACKAGE) -> tuple[set[
     libraries, seen = set[str](), set[str]()
     while todo:
         module = todo.pop()
-        if module in seen:
+        if module in seen or module == package.name:  # whose own file is for users alone
             continue
         seen.add(module)
         parent, _, name = module.rpartition(".")

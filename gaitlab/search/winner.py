@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from gaitlab import __version__
-from gaitlab.documents import Node, dump, plain
+from gaitlab.documents import Node, dump, inline, plain
 from gaitlab.documents.outputs import write_text
 from gaitlab.errors import UsageError
-from gaitlab.experiment import Experiment, Value, load_experiment
+from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.experiment.json_schema import put_beside
 from gaitlab.experiment.reading import apply_setting, read_tree
 from gaitlab.metrics import lookup
 from gaitlab.plugins import is_file_name
@@ -72,18 +70,12 @@ def export_winner(
         tree = apply_setting(tree, setting)
     tree = tree.without("study", "name", "title", "description", "seeds", "report")
     for searched, value in winner.values.items():
-        tree = apply_setting(tree, f"{searched}={_yaml(value)}")
+        tree = apply_setting(tree, f"{searched}={inline(value)}")
     content = plain(_standing_alone(tree))
     body = dump({**own, **(content if isinstance(content, Mapping) else {})})
-    write_text(path, "\n".join([*_head(history, winner), body]))
+    head = [*_head(history, winner), put_beside("experiment", path)]
+    write_text(path, "\n".join([*head, body]))
     return load_experiment(path)
-
-
-def _yaml(value: Value) -> str:
-    """A value as a file writes it, floats without an exponent, which YAML takes for text."""
-    if isinstance(value, float):
-        return str(np.format_float_positional(value, trim="0"))
-    return json.dumps(value)
 
 
 def _standing_alone(node: Node) -> Node:

@@ -7,7 +7,7 @@ runs nothing.
 from gaitlab.store.durable import StoreFull
 from gaitlab.store.fingerprint import fingerprint
 from gaitlab.store.index import Index
-from gaitlab.store.lists import Listed, TrialList, listed
+from gaitlab.store.lists import Listed, TrialList, listed, trial_list
 from gaitlab.store.lock import Claims, Held
 from gaitlab.store.parquet import Unreadable
 from gaitlab.store.record import Scalar, State, TrialRecord
@@ -31,4 +31,5 @@ __all__ = [
     "fingerprint",
     "listed",
     "shares",
+    "trial_list",
 ]

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from gaitlab.errors import StoreError, UsageError, WrongValue
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 LIST = "trials.jsonl"
 EARLIER = "earlier.jsonl"  # the list before the last change
+NOTHING: Mapping[str, str] = MappingProxyType({})
 _T = TypeVar("_T")
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
 
@@ -85,19 +87,32 @@ def write_listed(
     """The same from the lines of the list: a search knows its trials without planning them."""
     folder = experiments / checked_name(experiment.listed_as)
     require_one_file(experiments, experiment)
+    found = trial_list(experiment, lines, basis)
+    write_durably(folder / "experiment.yaml", experiment.text.encode(), within=experiments.parent)
+    _replace_list(folder, encode_list(found), experiments.parent)
+    return found
+
+
+def trial_list(
+    experiment: Experiment, lines: Iterable[Listed], basis: Mapping[str, str] = NOTHING
+) -> TrialList:
+    """The list of an experiment from its lines: each trial once for each ground that asks for it.
+
+    Args:
+        experiment: The experiment.
+        lines: Its trials, in the order of the plan.
+        basis: Digest of each part that its cells share, by what the part is called.
+    """
     unique: dict[tuple[str, Scalar], Listed] = {}
     for line in lines:
         unique.setdefault((line.trial_id, line.values.get("surface")), line)
-    found = TrialList(
+    return TrialList(
         experiment=experiment.listed_as,
         digest=experiment.digest,
         trials=tuple(unique.values()),
         basis=basis,
         file=str(experiment.path.absolute()),
     )
-    write_durably(folder / "experiment.yaml", experiment.text.encode(), within=experiments.parent)
-    _replace_list(folder, encode_list(found), experiments.parent)
-    return found
 
 
 def require_one_file(experiments: Path, experiment: Experiment) -> None:

@@ -6,7 +6,6 @@ import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gaitlab.errors import UnknownName
@@ -21,6 +20,7 @@ from gaitlab.store.index import (
     write_entries,
 )
 from gaitlab.store.lists import (
+    NOTHING,
     Listed,
     Lists,
     TrialList,
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
 
 
 TABLE_FROM = 2000  # trials; fewer are tabulated in a tenth of a second
-NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Store(TrialFiles):
@@ -218,18 +217,25 @@ class Store(TrialFiles):
         """What every experiment that was run on this store asked for, as far as it can be read."""
         return read_lists(self._experiments)
 
-    def table(self, experiment: str | None = None) -> pd.DataFrame:
+    def table(self, experiment: str | TrialList | None = None) -> pd.DataFrame:
         """One row for each experiment and trial that is committed.
+
+        Args:
+            experiment: Name of the one to tabulate as it was last run, or the list of the trials
+                that it asks for now. Without it, all experiments, and the trials that none asks
+                for any more.
 
         Columns: trial_id, experiment, robot, gait, surface, seed, state, reason, every metric,
         every varied parameter under its dotted path, provenance. Rows stand in the order of the
-        plan. Without a name, all experiments, and the trials that none asks for any more.
+        plan.
 
         Raises:
             UnknownName: If the experiment was never run on this store.
         """
         from gaitlab.store.tables import trials_table  # slow to load, and no worker needs it
 
+        if isinstance(experiment, TrialList):
+            return trials_table(self.index().entries, [experiment], unlisted=False)
         lists = self.lists()
         chosen = lists.sound.values() if experiment is None else [self._chosen(experiment, lists)]
         return trials_table(self.index().entries, list(chosen), unlisted=experiment is None)

@@ -23,6 +23,7 @@ from gaitlab.store.lists import TrialList
 from gaitlab.store.parquet import Unreadable, read_log
 from gaitlab.store.record import Scalar
 from gaitlab.store.trial_files import redo
+from gaitlab.store.units import is_number
 
 _FIRST = ("trial_id", "experiment", "robot", "gait", "surface", "seed", "state", "reason")
 _TICKS = re.compile(r"\bticks\b", re.IGNORECASE)
@@ -201,10 +202,10 @@ def _frame(rows: Iterable[Mapping[str, Scalar]]) -> pd.DataFrame:
         count += 1
     for column in columns.values():
         column.extend(repeat(None, count - len(column)))
-    return pd.DataFrame({name: _column(columns.pop(name)) for name in list(columns)})
+    return pd.DataFrame({name: _column(name, columns.pop(name)) for name in list(columns)})
 
 
-def _column(values: Sequence[Scalar]) -> pd.Series:
+def _column(name: str, values: Sequence[Scalar]) -> pd.Series:
     """A column of the narrowest type that holds all values and a gap."""
     kinds = {type(value) for value in values if value is not None}
     gap = any(value is None for value in values)
@@ -212,7 +213,7 @@ def _column(values: Sequence[Scalar]) -> pd.Series:
         return pd.Series(values, dtype="boolean" if gap else "bool")
     if kinds == {int}:
         return pd.Series(values, dtype="Int64" if gap else "int64")
-    if kinds and kinds <= {int, float}:
+    if kinds <= {int, float} and (kinds or is_number(name)):
         return pd.Series(_as_floats(values), dtype="float64")
     if kinds <= {str}:
         return pd.Series(values, dtype="str")

@@ -6,7 +6,6 @@ value that was found, so that a line says the same with its `#` and without.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -15,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitlab.documents import Node, plain
+from gaitlab.documents import Node, inline, plain
 from gaitlab.model.foreign.findings import RobotFindings
 from gaitlab.model.foreign.reduced import plain as plain_name
 from gaitlab.model.foreign.robot_file import DEFAULT, FORWARD, Loaded
@@ -23,7 +22,6 @@ from gaitlab.model.foreign.robot_file import DEFAULT, FORWARD, Loaded
 SIDE = re.compile(r"(?<![a-z])(left|right|l|r)(?![a-z])", re.IGNORECASE)
 GROUNDS = ("hard_floor", "carpet_4mm", "grass_10mm", "grass_30mm")
 SERVO_FILE = re.compile(r"\.ya?ml$")
-NO_TEXTS = ("true", "false", "null", "True", "False", "Null", "TRUE", "FALSE", "NULL")
 SHOWN = 3  # held joints of the posture's line
 
 
@@ -42,8 +40,8 @@ def robot_draft(file: Path, loaded: Loaded, found: RobotFindings, said: Node) ->
         [
             f"# {file.name}, drafted by gaitlab. A line without its # says what was found anyway;",
             "# change what is wrong. Once changed, the file is kept as it is.",
-            f"urdf: {_quoted(way(file.parent, loaded.urdf))}",
-            *(f"{key}: {_yaml(_placed(node, file.parent))}" for key, node in stated.items()),
+            f"urdf: {inline(way(file.parent, loaded.urdf))}",
+            *(f"{key}: {inline(_placed(node, file.parent))}" for key, node in stated.items()),
             *([] if "servos" in stated else _servo_lines(loaded)),
             *(f"# {key}: {text}" for key, text in found_here.items()),
             "",
@@ -65,8 +63,8 @@ def experiment_draft(file: Path, robot: Path, found: RobotFindings) -> str:
             f"# {file.name}, drafted by gaitlab: the walk that comes of the robot's size, not of a",
             f"# search. A better one for this robot: gaitlab optimize first_walk {search}",
             f"name: {plain_name(found.name).strip('_') or 'my_robot'}_first_walk",
-            f"title: {_quoted(f'The first walk of {found.name}')}",
-            f"robot: {_quoted(way(file.parent, robot))}",
+            f"title: {inline(f'The first walk of {found.name}')}",
+            f"robot: {inline(way(file.parent, robot))}",
             "gait: walk  # or {type: walk, step_length: 0.02}: `gaitlab show walk` has all of it",
             f"surfaces: [{', '.join(GROUNDS)}]",
             "seeds: 10",
@@ -111,7 +109,7 @@ def _servo_lines(loaded: Loaded) -> list[str]:
             key = _pattern([name for name, own in joints.items() if own == servo])
         numbers = robot.own_servos[str(servo)]
         lines.append(
-            f"#   {_quoted(key)}: {{stall_torque: {numbers.stall_torque:.6g}, "
+            f"#   {inline(key)}: {{stall_torque: {numbers.stall_torque:.6g}, "
             f"no_load_speed: {numbers.no_load_speed:.6g}}}"
         )
     return [*head, *lines]
@@ -142,17 +140,17 @@ def _either_side(joint: str, joints: list[str]) -> str:
 def _found(loaded: Loaded, found: RobotFindings) -> Mapping[str, str]:
     """What a robot file may say, as it was found."""
     sole, robot = found.sole, loaded.cls()
-    left, right = (_quoted(foot) for foot in found.legs.feet)
+    left, right = (inline(foot) for foot in found.legs.feet)
     held = list(robot.posture_fields.items())[:SHOWN]
     posture = [
-        f"{_quoted(re.escape(_names(loaded)[joint]))}: {getattr(robot.posture, field):.6g}"
+        f"{inline(re.escape(_names(loaded)[joint]))}: {getattr(robot.posture, field):.6g}"
         for joint, field in held
     ]
     lengths = ", ".join(
         f"{key}: {getattr(sole, key):.6g}" for key in ("length", "width", "heel", "height")
     )
     lines = {
-        "description": _quoted(found.name),
+        "description": inline(found.name),
         "mass": f"{found.mass:.6g}  # kg, if you have weighed it; the difference is the trunk's",
         "posture": f"{{{', '.join(posture)}}}  # rad, joints by regular expression",
         "legs": f"{{left: {left}, right: {right}}}",
@@ -172,20 +170,3 @@ def _forward(base: np.ndarray) -> str:
     """The axis of the root link that points ahead."""
     axes = {name: np.eye(3)["xyz".index(name[-1])] * (-1.0) ** len(name[:-1]) for name in FORWARD}
     return max(axes, key=lambda name: float(axes[name] @ base[0]))
-
-
-def _yaml(value: object) -> str:
-    """Plain values as YAML on a line."""
-    if isinstance(value, dict):
-        entries = (f"{_quoted(key)}: {_yaml(each)}" for key, each in value.items())
-        return "{" + ", ".join(entries) + "}"
-    if isinstance(value, tuple):
-        return "[" + ", ".join(map(_yaml, value)) + "]"
-    return _quoted(value) if isinstance(value, str) else json.dumps(value)
-
-
-def _quoted(text: str) -> str:
-    """A text as YAML, in quotes where it needs them."""
-    if re.fullmatch(r"(\.{0,2}/)?[A-Za-z_][\w./-]*", text, re.ASCII) and text not in NO_TEXTS:
-        return text
-    return "'" + text.replace("'", "''") + "'" if text.isprintable() else json.dumps(text)

@@ -50,6 +50,17 @@ MOST_PARTS = 500  # files of a xacro that are watched for changes
 FROM_FILE = "the robot file"  # source of a parameter
 DEFAULT = "default"  # in place of a pattern: every other joint
 FORWARD = ("x", "-x", "y", "-y")
+KINDS = ("flat", "studs")  # of a sole
+MASS = Parameter(
+    name="mass", type=float, unit="kg", low=0.05, high=200.0, doc="mass of the whole robot"
+)
+LUMP_MASS = Parameter(name="mass", type=float, unit="kg", low=0.0, high=100.0, doc="mass")
+PLACE = Parameter(name="at", type=float, unit="m", low=-3.0, high=3.0, doc="place")
+ANGLE = Parameter(name="posture", type=float, unit="rad", low=-6.3, high=6.3, doc="angle")
+SOLE = {
+    name: Parameter(name=f"sole: {name}", type=float, unit="m", low=low, high=high, doc=doc)
+    for name, (doc, low, high) in SOLE_LENGTHS.items()
+}
 Statement = Literal["URDF", "robot file", "servo file", "assumed"]
 EXPECTED = "expected a mapping with `urdf: ./my.urdf`"
 
@@ -145,16 +156,12 @@ def robot_of(path: Path, node: Node) -> Loaded:
 
 def _said(node: Node) -> dict[str, Any]:
     """Entries of a robot file, each checked."""
-    sole: dict[str, Reader] = {
-        name: Parameter(name=f"sole: {name}", type=float, unit="m", low=low, high=high, doc=doc)
-        for name, (doc, low, high) in SOLE_LENGTHS.items()
-    }
-    sole["kind"] = partial(_choice, "sole: kind", ("flat", "studs"))
+    sole: dict[str, Reader] = {**SOLE, "kind": partial(_choice, "sole: kind", KINDS)}
     keys: dict[str, Reader] = {
         "urdf": _text,
         "description": _text,
         "servos": lambda node: node,
-        "mass": Parameter(name="mass", type=float, unit="kg", low=0.05, high=200.0, doc="mass"),
+        "mass": MASS,
         "add": _lumps,
         "posture": _posture,
         "legs": lambda node: read_mapping(
@@ -185,7 +192,7 @@ def _choice(name: str, allowed: tuple[str, ...], node: Node) -> str:
 def _lumps(node: Node) -> dict[str, Mapping[str, Any]]:
     """What the robot carries beside its links, by name."""
     keys: dict[str, Reader] = {
-        "mass": Parameter(name="mass", type=float, unit="kg", low=0.0, high=100.0, doc="mass"),
+        "mass": LUMP_MASS,
         "at": _point,
         "link": _text,
     }
@@ -199,16 +206,14 @@ def _lumps(node: Node) -> dict[str, Mapping[str, Any]]:
 
 
 def _point(node: Node) -> tuple[float, ...]:
-    item = Parameter(name="at", type=float, unit="m", low=-3.0, high=3.0, doc="place")
     if len(node.items) != 3:
         raise FileError([node.problem(f"found {node.found()}; expected [X, Y, Z] in m")])
-    return tuple(check(item, part) for part in node.items)
+    return tuple(check(PLACE, part) for part in node.items)
 
 
 def _posture(node: Node) -> list[tuple[re.Pattern[str], float, Node]]:
-    item = Parameter(name="posture", type=float, unit="rad", low=-6.3, high=6.3, doc="angle")
     return [
-        (_pattern(node.keys[key]), check(item, value), node.keys[key])
+        (_pattern(node.keys[key]), check(ANGLE, value), node.keys[key])
         for key, value in node.mapping.items()
     ]
 
