@@ -46,6 +46,7 @@ FORMS = (
 )
 GO_ON = "What is committed is safe; the same command goes on from there."
 LOGGERS = ("distributed", "tornado", "asyncio", "dask_jobqueue", "bokeh")
+NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # a port that is free
 SETTINGS: dict[str, object] = {
     "distributed.comm.timeouts.connect": f"{ANSWER_TIME:.0f}s",
     "distributed.scheduler.allowed-failures": 0,  # a lost worker is told of at once
@@ -296,6 +297,7 @@ class DaskConnection:
                 processes=True,
                 host="127.0.0.1",
                 dashboard_address=None,
+                scheduler_kwargs=NO_DASHBOARD,
                 memory_limit=0,
                 silence_logs=logging.CRITICAL,
                 env={"NUMBA_NUM_THREADS": "1"},
@@ -351,7 +353,7 @@ def _slurm_options(file: ClusterFile) -> dict[str, Any]:
         "job_script_prologue": list(file.prologue),
         "log_directory": file.logs,
         "worker_extra_args": [*lifetime, *stagger, "--memory-limit", "0"],
-        "scheduler_options": {"dashboard": False, "dashboard_address": None},
+        "scheduler_options": NO_DASHBOARD,
         "silence_logs": logging.CRITICAL,
     }
 
@@ -422,9 +424,7 @@ def _no_answer(address: str) -> UsageError:
 
 def _silence() -> None:
     """Nothing that Dask says of itself reaches the user's terminal."""
-    from distributed.versions import VersionMismatchWarning
-
-    warnings.filterwarnings("ignore", category=VersionMismatchWarning)
+    warnings.filterwarnings("ignore", module="distributed")
     for name in {*LOGGERS, *logging.root.manager.loggerDict}:
         if name.partition(".")[0] in LOGGERS:
             logger = logging.getLogger(name)
