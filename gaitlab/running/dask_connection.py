@@ -313,20 +313,20 @@ class DaskConnection:
             )
         from dask_jobqueue import SLURMCluster
 
-        slurm = self._slurm = SLURMCluster(**_slurm_options(file))
-        self._resources.callback(_end_slurm, slurm)
-
-        async def submit() -> None:  # `scale` would keep what sbatch says to itself
-            for _ in range(file.jobs):
-                slurm.worker_spec.update(slurm.new_worker_spec())
-            await slurm
-
         try:
+            slurm = self._slurm = SLURMCluster(**_slurm_options(file))
+            self._resources.callback(_end_slurm, slurm)
+
+            async def submit() -> None:  # `scale` would keep what sbatch says to itself
+                for _ in range(file.jobs):
+                    slurm.worker_spec.update(slurm.new_worker_spec())
+                await slurm
+
             slurm.sync(submit)
-        except RuntimeError as error:  # what sbatch said
+        except (RuntimeError, ValueError, OSError) as error:  # what sbatch or the network said
             said = str(error).partition("stderr:")[2].strip() or str(error)
             raise UsageError(
-                f"--dask slurm: SLURM takes no such job: {' '.join(said.split())}; "
+                f"--dask slurm: nothing could be submitted: {' '.join(said.split())}; "
                 "mend the file for SLURM"
             ) from error
         return slurm
