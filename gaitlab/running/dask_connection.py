@@ -225,7 +225,7 @@ class DaskConnection:
         living = {name for name in slurm.workers if any(_is_of(name, w["name"]) for w in there)}
         missing = (self._started | living) - living
         ended, self._missing = missing & self._missing, missing  # a killed worker is back by then
-        self._started |= living
+        self._started = (self._started | living) - ended  # its successor may wait for long
 
         async def replace() -> None:
             for name in ended & set(slurm.workers):
