@@ -46,6 +46,7 @@ FORMS = (
 )
 GO_ON = "What is committed is safe; the same command goes on from there."
 LOGGERS = ("distributed", "tornado", "asyncio", "dask_jobqueue", "bokeh")
+NO_DASHBOARD = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # a port that is free
 SETTINGS: dict[str, object] = {
     "distributed.comm.timeouts.connect": f"{ANSWER_TIME:.0f}s",
     "distributed.scheduler.allowed-failures": 0,  # a lost worker is told of at once
@@ -224,7 +225,7 @@ class DaskConnection:
         living = {name for name in slurm.workers if any(_is_of(name, w["name"]) for w in there)}
         missing = (self._started | living) - living
         ended, self._missing = missing & self._missing, missing  # a killed worker is back by then
-        self._started |= living
+        self._started = (self._started | living) - ended  # its successor may wait for long
 
         async def replace() -> None:
             for name in ended & set(slurm.workers):
@@ -296,6 +297,7 @@ class DaskConnection:
                 processes=True,
                 host="127.0.0.1",
                 dashboard_address=None,
+                scheduler_kwargs=NO_DASHBOARD,
                 memory_limit=0,
                 silence_logs=logging.CRITICAL,
                 env={"NUMBA_NUM_THREADS": "1"},
@@ -311,20 +313,20 @@ class DaskConnection:
             )
         from dask_jobqueue import SLURMCluster
 
-        slurm = self._slurm = SLURMCluster(**_slurm_options(file))
-        self._resources.callback(_end_slurm, slurm)
-
-        async def submit() -> None:  # `scale` would keep what sbatch says to itself
-            for _ in range(file.jobs):
-                slurm.worker_spec.update(slurm.new_worker_spec())
-            await slurm
-
         try:
+            slurm = self._slurm = SLURMCluster(**_slurm_options(file))
+            self._resources.callback(_end_slurm, slurm)
+
+            async def submit() -> None:  # `scale` would keep what sbatch says to itself
+                for _ in range(file.jobs):
+                    slurm.worker_spec.update(slurm.new_worker_spec())
+                await slurm
+
             slurm.sync(submit)
-        except RuntimeError as error:  # what sbatch said
+        except (RuntimeError, ValueError, OSError) as error:  # what sbatch or the network said
             said = str(error).partition("stderr:")[2].strip() or str(error)
             raise UsageError(
-                f"--dask slurm: SLURM takes no such job: {' '.join(said.split())}; "
+                f"--dask slurm: nothing could be submitted: {' '.join(said.split())}; "
                 "mend the file for SLURM"
             ) from error
         return slurm
@@ -351,7 +353,7 @@ def _slurm_options(file: ClusterFile) -> dict[str, Any]:
         "job_script_prologue": list(file.prologue),
         "log_directory": file.logs,
         "worker_extra_args": [*lifetime, *stagger, "--memory-limit", "0"],
-        "scheduler_options": {"dashboard": False, "dashboard_address": None},
+        "scheduler_options": NO_DASHBOARD,
         "silence_logs": logging.CRITICAL,
     }
 
@@ -422,9 +424,7 @@ def _no_answer(address: str) -> UsageError:
 
 def _silence() -> None:
     """Nothing that Dask says of itself reaches the user's terminal."""
-    from distributed.versions import VersionMismatchWarning
-
-    warnings.filterwarnings("ignore", category=VersionMismatchWarning)
+    warnings.filterwarnings("ignore", module="distributed")
     for name in {*LOGGERS, *logging.root.manager.loggerDict}:
         if name.partition(".")[0] in LOGGERS:
             logger = logging.getLogger(name)
