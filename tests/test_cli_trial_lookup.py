@@ -10,7 +10,7 @@ import pytest
 from gaitlab.errors import UnknownName
 from gaitlab.running import dispatch
 from gaitlab.store import Store
-from gaitlab.store.addresses import trial_at
+from gaitlab.store.addresses import EXTREMES, begun, trial_at
 from tests import pretended
 
 
@@ -33,6 +33,21 @@ def test_every_trial_is_found_by_its_place(store: Store) -> None:
     for item in experiment.trials:
         values = "/".join(f"{path}={value}" for path, value in item.values.items())
         assert trial_at(store, f"{experiment.experiment}/{values}/{item.seed}") == item.trial_id
+
+
+def test_whoever_follows_what_is_completed_gets_to_every_trial(store: Store) -> None:
+    (name,) = begun(store, "pre")
+    todo, found = [name], set()
+    while todo:
+        for place in begun(store, todo.pop()):
+            if place.rpartition("/")[2] in EXTREMES:
+                assert trial_at(store, place)
+            elif place.rpartition("/")[2].isdigit():
+                found.add(trial_at(store, place))
+            else:
+                todo.append(f"{place}/")
+    assert found == set(store.index().entries)
+    assert set(begun(store, sorted(found)[0][:6])) <= found
 
 
 def test_worst_falls_first_and_best_stays_up(store: Store) -> None:

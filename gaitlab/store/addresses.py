@@ -67,20 +67,21 @@ def begun(store: Store, text: str) -> Iterator[str]:
     if experiment not in lists:
         return
     places = _narrowed(store, text, _trials_of(store, lists[experiment]), parts)
-    open_values = {
-        number(value)
-        for name in _parameters(places)
-        if len({place.values.get(name) for place in places}) > 1
-        for value in (place.values.get(name) for place in places)
-    }
-    seeds = {str(place.entry.details.labels["seed"]) for place in places}
-    following = [*sorted(open_values), *(sorted(seeds) if not open_values else []), *EXTREMES]
+    following = [*_open_values(places), *EXTREMES]
+    if len(following) == len(EXTREMES):
+        following = [*dict.fromkeys(str(p.entry.details.labels["seed"]) for p in places), *EXTREMES]
     yield from (f"{head}/{part}" for part in following if part.startswith(last))
 
 
-def _parameters(places: Sequence[FoundTrial]) -> list[str]:
-    """Dotted paths of all that some trials vary."""
-    return list(dict.fromkeys(name for place in places for name in place.values))
+def _open_values(places: Sequence[FoundTrial]) -> Iterator[str]:
+    """What tells some trials apart beside their seeds, each value as an address has it."""
+    for path in dict.fromkeys(name for place in places for name in place.values):
+        values = list(dict.fromkeys(place.values.get(path) for place in places))
+        for value in values if len(values) > 1 else ():
+            if isinstance(value, int) and not isinstance(value, bool):
+                yield f"{_leaf(path)}={value}"  # a whole number alone is a seed
+            elif value is not None:
+                yield repr(value) if isinstance(value, float) else number(value)
 
 
 def _by_digits(store: Store, digits: str) -> str:
