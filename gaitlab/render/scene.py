@@ -30,8 +30,9 @@ AMBIENT = 0.62  # brightness of a face that the lamp does not reach
 DISC_CORNERS = 24
 _CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))  # of a cube of edge 1
 _CUBE = _CORNERS[  # its faces, a pair for each axis; shape (6, 4, 3)
-    [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 ]
+_OUTWARD = 2.0 * _CUBE.mean(axis=1)  # their normals
 CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway
 
 
@@ -45,6 +46,30 @@ class Faces(NamedTuple):
 
     corners: np.ndarray
     colours: np.ndarray
+
+
+class Shape(NamedTuple):
+    """A part of a link: polygons with equally many corners, in the frame of the link.
+
+    Attributes:
+        corners: In [m]; counter-clockwise as seen from outside. Shape (n, corners, 3).
+        normals: Outward, of unit length. Shape (n, 3).
+        colour: In full light.
+    """
+
+    corners: np.ndarray
+    normals: np.ndarray
+    colour: str
+
+    def at(self, origin: np.ndarray, rotation: np.ndarray) -> Faces:
+        """The part in the world, lit by the lamp.
+
+        Args:
+            origin: Of the link's frame, in [m]. Shape (3,).
+            rotation: Of the link in the world frame. Shape (3, 3).
+        """
+        corners = origin + self.corners @ rotation.T
+        return Faces(corners, lit(self.colour, self.normals @ rotation.T))
 
 
 class SolePose(NamedTuple):
@@ -221,9 +246,9 @@ def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses, frame: int 
     """
     placed = zip(tree.links, poses.position[frame], poses.rotation[frame], strict=True)
     return [
-        face
+        shape.at(origin, rotation)
         for link, origin, rotation in placed
-        for face in _link_faces(link, origin, rotation, link_colour(link, feet))
+        for shape in link_shapes(link, feet)
     ]
 
 
@@ -243,44 +268,27 @@ def _pitches(link: Link) -> bool:
     return link.joint is not None and abs(unit_axis(link.joint.axis)[1]) > PITCHES
 
 
-def _link_faces(
-    link: Link, origin: np.ndarray, rotation: np.ndarray, colour: str
-) -> Iterator[Faces]:
+def link_shapes(link: Link, feet: tuple[str, str]) -> Iterator[Shape]:
     """The box of a link; with two eyes on the head, with a servo horn on each side of a pitch."""
     length, width, height = link.box.size
-    centre = origin + rotation @ np.array(link.box.centre)
-    yield box_faces(link.box.size, centre, rotation, colour)
+    centre = np.array(link.box.centre)
+    yield Shape(centre + _CUBE * np.array(link.box.size), _OUTWARD, link_colour(link, feet))
     for side in (-1.0, 1.0):
         if link.name == "head":
-            eye = np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
-            yield _disc(centre + rotation @ eye, rotation[:, 0], 0.1 * width, DARK)
+            eye = centre + [0.5 * length + 0.001, side * 0.22 * width, 0.12 * height]
+            yield _disc(eye, np.array([1.0, 0.0, 0.0]), 0.1 * width, DARK)
         elif _pitches(link):
             reach = side * (0.5 * width + 0.001) + link.box.centre[1]
-            yield _disc(origin + reach * rotation[:, 1], side * rotation[:, 1], HORN, ORANGE)
+            horn = np.array([0.0, reach, 0.0])
+            yield _disc(horn, np.array([0.0, side, 0.0]), HORN, ORANGE)
 
 
-def box_faces(
-    size: Sequence[float], centre: np.ndarray, rotation: np.ndarray, colour: str
-) -> Faces:
-    """The six faces of a box, lit by the lamp.
-
-    Args:
-        size: Edge lengths, in [m].
-        centre: In the world frame, in [m]. Shape (3,).
-        rotation: Of the box in the world frame. Shape (3, 3).
-        colour: Of a face in full light.
-    """
-    corners = centre + (_CUBE * np.asarray(size)) @ rotation.T
-    return Faces(corners, lit(colour, 2.0 * _CUBE.mean(axis=1) @ rotation.T))
-
-
-def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Faces:
-    """A disc about a point, all in the world frame, in [m]."""
+def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Shape:
+    """A disc about a point, both in the frame of the link, in [m]."""
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u /= np.linalg.norm(u)
     angle = np.linspace(0.0, 2.0 * np.pi, DISC_CORNERS, endpoint=False)[:, None]
     ring = centre + radius * (np.cos(angle) * u + np.sin(angle) * np.cross(normal, u))
-    return Faces(ring[None], lit(colour, normal[None]))
+    return Shape(ring[None], normal[None], colour)
 
 
 def lit(colour: str, normals: np.ndarray) -> np.ndarray:
