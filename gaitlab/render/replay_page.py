@@ -1,0 +1,212 @@
+"""Trials in 3-D as one HTML file: to turn, to scrub and to set side by side, without a network.
+
+Drawn by three.js in the browser, which trimesh ships for the viewer of its own; the page holds it,
+so that it opens from a disk, a mail or a talk's laptop. Nothing is simulated again.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import zipfile
+from collections.abc import Mapping, Sequence
+from functools import cache
+from html import escape
+from importlib import resources
+from importlib.util import find_spec
+from math import isinf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gaitlab.documents.outputs import MARK, write_text
+from gaitlab.errors import GaitlabError
+from gaitlab.render.camera import VIEWPOINTS, View
+from gaitlab.render.clip import Clip
+from gaitlab.render.scene import Recorded
+from gaitlab.render.track import body_of, track_of
+
+SHORT = 8  # digits of a trial in an address
+FAR = 4.5  # robot heights from the camera, where a view has none of its own
+SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
+TEMPLATE = ("resources", "templates", "viewer.zip")  # in trimesh
+BEGIN, END = "<script>", '"__esModule",{value:!0})}));'  # around three.js in it
+TOGGLES = (
+    ("target", "Target", "the joints as the gait commands them, on the trunk as it is"),
+    ("load", "Load", "the force on each sole"),
+    ("support", "Support", "support polygon of the soles that carry load"),
+    ("zmp", "ZMP", "zero-moment point"),
+    ("pile", "Pile", "the surface up to its height"),
+    ("follow", "Follow", "the camera goes along"),
+)
+
+
+class NoViewer(GaitlabError):
+    """three.js is not where trimesh is known to keep it."""
+
+    exit_code = 2
+
+
+class Replay(NamedTuple):
+    """A trial of a page.
+
+    Attributes:
+        shown: The trial and its log.
+        clip: Which instants.
+        cell: Where it stands in its experiment; empty where it stands in none.
+        role: What it is there, `worst seed` for instance; may be empty.
+    """
+
+    shown: Recorded
+    clip: Clip
+    cell: str = ""
+    role: str = ""
+
+
+def address(trial_id: str) -> str:
+    """What follows the name of a page's file in a link to one of its trials."""
+    return f"#{trial_id[:SHORT]}"
+
+
+def write_replay_page(
+    replays: Sequence[Replay],
+    path: Path,
+    *,
+    title: str = "",
+    menu: str = "",
+    view: View = "perspective",
+    beside: bool = True,
+) -> int:
+    """Write trials as one file of HTML.
+
+    Args:
+        replays: The trials. The page opens with the first, or as its address says.
+        path: The file, replaced once it is whole.
+        title: Of the page; by default what its first trial is.
+        menu: HTML beside the picture, whose links to `address` choose a trial.
+        view: Where to look from at first.
+        beside: Whether the first two stand side by side.
+
+    Returns:
+        How many instants it holds.
+
+    Raises:
+        NoViewer: If the installed trimesh ships no three.js.
+        StoreError: If the file cannot be written.
+    """
+    library, viewer = three_js(), _resource("viewer.js")
+    robots: dict[str, Mapping[str, Any]] = {}
+    trials = []
+    for replay in replays:
+        body = body_of(replay.shown.trial.robot)
+        name = hashlib.sha256(json.dumps(body).encode()).hexdigest()[:SHORT]
+        robots[name] = body
+        track = track_of(replay.shown, replay.clip.instants)
+        trials.append({**track, "robot": name, "cell": replay.cell, "role": replay.role})
+    point = VIEWPOINTS[view]
+    content = {
+        "trials": trials,
+        "robots": robots,
+        "shown": [0, 1] if beside and len(trials) > 1 else [0],
+        "menu": bool(menu),
+        "view": {
+            "azimuth": point.azimuth,
+            "elevation": point.elevation,
+            "distance": FAR if isinf(point.distance) else point.distance,
+        },
+    }
+    speed = replays[0].clip.speed if replays else 1.0
+    heading = title or (f"{trials[0]['title']}: {trials[0]['verdict']}" if trials else MARK)
+    write_text(path, _document(heading, menu, content, (library, viewer), speed))
+    return sum(track["count"] for track in trials)
+
+
+@cache
+def three_js() -> str:
+    """The library that draws, as trimesh ships it for its own viewer.
+
+    Raises:
+        NoViewer: If it is not there.
+    """
+    spec = find_spec("trimesh")  # found, not imported, which takes longer than all the rest
+    for folder in (spec and spec.submodule_search_locations) or ():
+        file = Path(folder).joinpath(*TEMPLATE)
+        if not file.is_file():
+            continue
+        with zipfile.ZipFile(file) as archive:
+            text = archive.read(archive.namelist()[0]).decode()
+        _, begin, after = text.partition(BEGIN)
+        library, end, _ = after.partition(END)
+        if begin and end and "Three.js Authors" in library:
+            return library + end
+    raise NoViewer(
+        "the installed trimesh holds no three.js where gaitlab knows it, so no replay in HTML can "
+        "be written; `pip install 'trimesh>=5,<6'` brings it. --output walk.gif, walk.mp4, "
+        "strip.png and frame.svg work without it."
+    )
+
+
+def _document(
+    title: str, menu: str, content: Mapping[str, Any], scripts: Sequence[str], speed: float
+) -> str:
+    """The whole text of the file; no script runs in it but these, and nothing is fetched."""
+    allowed = " ".join(f"'sha256-{_digest(script)}'" for script in scripts)
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src {allowed}"
+    data = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    speeds = "".join(
+        f'<option value="{value:g}"{" selected" if value == speed else ""}>{value:g}×</option>'
+        for value in sorted({*SPEEDS, speed})
+    )
+    toggles = "\n".join(
+        f'<button id="{name}" aria-pressed="true" title="{escape(what)}">{text}</button>'
+        for name, text, what in TOGGLES
+    )
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="{MARK}">
+<title>{escape(title)}</title>
+<style>
+{_resource("viewer.css")}</style>
+</head>
+<body{' class="menu"' if menu else ""}>
+{f'<nav id="menu" aria-label="Trials">{menu}</nav>' if menu else ""}
+<main>
+<div id="stage">
+<canvas id="canvas" role="img" aria-label="the robot"></canvas>
+<div id="panels"></div>
+<p id="trouble" role="alert" hidden></p>
+<noscript><p>This page draws with JavaScript, which is switched off here.</p></noscript>
+</div>
+<div id="controls">
+<div id="timeline"><input id="time" type="range" step="any" aria-label="Time"></div>
+<div class="row">
+<button id="play" class="icon" aria-label="Play" title="space bar">▶</button>
+<button id="back" class="icon" aria-label="One frame back" title="left arrow; ten with shift">◀❙</button>
+<button id="on" class="icon" aria-label="One frame on" title="right arrow; ten with shift">❙▶</button>
+<span id="clock"></span>
+<label>speed <select id="speed">{speeds}</select></label>
+<span class="space"></span>
+<label>beside <select id="beside"><option value="">nothing</option></select></label>
+{toggles}
+<button id="reset" title="look from where it began; drag turns, wheel zooms, shift and drag moves">Reset view</button>
+</div>
+</div>
+</main>
+<script type="application/json" id="replay">{data}</script>
+<script>{scripts[0]}</script>
+<script>{scripts[1]}</script>
+</body>
+</html>
+"""
+
+
+def _digest(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def _resource(name: str) -> str:
+    return resources.files("gaitlab.render").joinpath(name).read_text(encoding="utf-8")
