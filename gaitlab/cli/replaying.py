@@ -13,7 +13,7 @@ import typer
 from gaitlab.cli.common import MOST_JOBS
 from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
-from gaitlab.cli.trial_lookup import ADDRESS, trial_at, trial_of
+from gaitlab.cli.trial_lookup import ADDRESS, place_of, trial_at, trial_of
 from gaitlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -52,7 +52,8 @@ def replay(
             "--output",
             metavar="FILE",
             parser=written_to,
-            help="A .gif or .mp4 film, a .png strip or an .svg drawing; walk_TRIAL.gif by default.",
+            help="An .html page in 3-D, a .gif or .mp4 film, a .png strip or an .svg drawing; "
+            "walk_TRIAL.gif by default.",
         ),
     ] = None,
     fps: Annotated[float, typer.Option("--fps", metavar="N", help="Frames a second.")] = 25.0,
@@ -90,13 +91,14 @@ def replay(
     allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Show a trial as a film, drawn from its log: nothing is simulated again.
+    """Show a trial in 3-D or as a film, drawn from its log: nothing is simulated again.
 
-    Grass to height, the load on each foot, ZMP and support polygon, gait phase, clock and fall.
+    Grass to height, the load on each foot, ZMP and support polygon, gait phase, clock and fall; in
+    3-D also the joints as they were commanded. The .html needs a browser and no network.
 
     \b
     Example:
-      gaitlab replay eros_quick/grass_50mm/worst --output fall.mp4
+      gaitlab replay eros_quick/grass_50mm/worst --output fall.html
       gaitlab replay 4f7667a9 07175312 --view side --from 1 --to 3 --speed 0.25
     """
     from gaitlab.render import clip_of, play, write_replay
@@ -143,7 +145,7 @@ def _recorded(results: Store, name: str, allow_code: bool) -> Recorded:
     from gaitlab.render import Recorded
 
     trial = trial_of(results, results.record(name), allow_code=allow_code)
-    return Recorded(name, trial, results.log(name))
+    return Recorded(name, trial, results.log(name), place_of(results, name))
 
 
 def _alone(shown: list[Recorded]) -> Recorded:

@@ -17,13 +17,16 @@ from importlib import resources
 from importlib.util import find_spec
 from math import isinf
 from pathlib import Path
+from string import Template
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from gaitlab.documents.outputs import MARK, write_text
 from gaitlab.errors import GaitlabError
 from gaitlab.render.camera import VIEWPOINTS, View
 from gaitlab.render.clip import Clip
-from gaitlab.render.scene import Recorded
+from gaitlab.render.scene import Recorded, span_of
 from gaitlab.render.track import body_of, track_of
 
 SHORT = 8  # digits of a trial in an address
@@ -31,14 +34,6 @@ FAR = 4.5  # robot heights from the camera, where a view has none of its own
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 TEMPLATE = ("resources", "templates", "viewer.zip")  # in trimesh
 BEGIN, END = "<script>", '"__esModule",{value:!0})}));'  # around three.js in it
-TOGGLES = (
-    ("target", "Target", "the joints as the gait commands them, on the trunk as it is"),
-    ("load", "Load", "the force on each sole"),
-    ("support", "Support", "support polygon of the soles that carry load"),
-    ("zmp", "ZMP", "zero-moment point"),
-    ("pile", "Pile", "the surface up to its height"),
-    ("follow", "Follow", "the camera goes along"),
-)
 
 
 class NoViewer(GaitlabError):
@@ -53,14 +48,18 @@ class Replay(NamedTuple):
     Attributes:
         shown: The trial and its log.
         clip: Which instants.
-        cell: Where it stands in its experiment; empty where it stands in none.
         role: What it is there, `worst seed` for instance; may be empty.
     """
 
     shown: Recorded
     clip: Clip
-    cell: str = ""
     role: str = ""
+
+    @property
+    def instants(self) -> np.ndarray:
+        """Those of the clip at which something was recorded, in [s]; at least one. Shape (n,)."""
+        first, last = span_of(self.shown.log)
+        return np.unique(np.clip(self.clip.instants, first, last))
 
 
 def address(trial_id: str) -> str:
@@ -88,21 +87,20 @@ def write_replay_page(
         beside: Whether the first two stand side by side.
 
     Returns:
-        How many instants it holds.
+        How many instants the longest of them has.
 
     Raises:
         NoViewer: If the installed trimesh ships no three.js.
         StoreError: If the file cannot be written.
     """
-    library, viewer = three_js(), _resource("viewer.js")
     robots: dict[str, Mapping[str, Any]] = {}
     trials = []
     for replay in replays:
         body = body_of(replay.shown.trial.robot)
         name = hashlib.sha256(json.dumps(body).encode()).hexdigest()[:SHORT]
         robots[name] = body
-        track = track_of(replay.shown, replay.clip.instants)
-        trials.append({**track, "robot": name, "cell": replay.cell, "role": replay.role})
+        track = track_of(replay.shown, replay.instants)
+        trials.append({**track, "robot": name, "role": replay.role})
     point = VIEWPOINTS[view]
     content = {
         "trials": trials,
@@ -117,8 +115,8 @@ def write_replay_page(
     }
     speed = replays[0].clip.speed if replays else 1.0
     heading = title or (f"{trials[0]['title']}: {trials[0]['verdict']}" if trials else MARK)
-    write_text(path, _document(heading, menu, content, (library, viewer), speed))
-    return sum(track["count"] for track in trials)
+    write_text(path, _document(heading, menu, content, speed))
+    return max((track["count"] for track in trials), default=0)
 
 
 @cache
@@ -146,62 +144,26 @@ def three_js() -> str:
     )
 
 
-def _document(
-    title: str, menu: str, content: Mapping[str, Any], scripts: Sequence[str], speed: float
-) -> str:
-    """The whole text of the file; no script runs in it but these, and nothing is fetched."""
-    allowed = " ".join(f"'sha256-{_digest(script)}'" for script in scripts)
-    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src {allowed}"
-    data = json.dumps(content, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    speeds = "".join(
+def _document(title: str, menu: str, content: Mapping[str, Any], speed: float) -> str:
+    """The whole text of the file; no script runs in it but its own, and nothing is fetched."""
+    library, viewer = three_js(), _resource("viewer.js")
+    allowed = " ".join(f"'sha256-{_digest(script)}'" for script in (library, viewer))
+    data = json.dumps(content, separators=(",", ":"), allow_nan=False)
+    speeds = (
         f'<option value="{value:g}"{" selected" if value == speed else ""}>{value:g}×</option>'
         for value in sorted({*SPEEDS, speed})
     )
-    toggles = "\n".join(
-        f'<button id="{name}" aria-pressed="true" title="{escape(what)}">{text}</button>'
-        for name, text, what in TOGGLES
+    return Template(_resource("viewer.html")).substitute(
+        policy=f"default-src 'none'; style-src 'unsafe-inline'; script-src {allowed}",
+        mark=MARK,
+        title=escape(title),
+        style=_resource("viewer.css"),
+        menu=f'<nav id="menu" aria-label="Trials">{menu}</nav>' if menu else "",
+        speeds="".join(speeds),
+        data=data.replace("<", "\\u003c"),
+        library=library,
+        viewer=viewer,
     )
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="generator" content="{MARK}">
-<title>{escape(title)}</title>
-<style>
-{_resource("viewer.css")}</style>
-</head>
-<body{' class="menu"' if menu else ""}>
-{f'<nav id="menu" aria-label="Trials">{menu}</nav>' if menu else ""}
-<main>
-<div id="stage">
-<canvas id="canvas" role="img" aria-label="the robot"></canvas>
-<div id="panels"></div>
-<p id="trouble" role="alert" hidden></p>
-<noscript><p>This page draws with JavaScript, which is switched off here.</p></noscript>
-</div>
-<div id="controls">
-<div id="timeline"><input id="time" type="range" step="any" aria-label="Time"></div>
-<div class="row">
-<button id="play" class="icon" aria-label="Play" title="space bar">▶</button>
-<button id="back" class="icon" aria-label="One frame back" title="left arrow; ten with shift">◀❙</button>
-<button id="on" class="icon" aria-label="One frame on" title="right arrow; ten with shift">❙▶</button>
-<span id="clock"></span>
-<label>speed <select id="speed">{speeds}</select></label>
-<span class="space"></span>
-<label>beside <select id="beside"><option value="">nothing</option></select></label>
-{toggles}
-<button id="reset" title="look from where it began; drag turns, wheel zooms, shift and drag moves">Reset view</button>
-</div>
-</div>
-</main>
-<script type="application/json" id="replay">{data}</script>
-<script>{scripts[0]}</script>
-<script>{scripts[1]}</script>
-</body>
-</html>
-"""
 
 
 def _digest(script: str) -> str:
@@ -209,4 +171,4 @@ def _digest(script: str) -> str:
 
 
 def _resource(name: str) -> str:
-    return resources.files("gaitlab.render").joinpath(name).read_text(encoding="utf-8")
+    return resources.files("gaitlab.render").joinpath("viewer", name).read_text(encoding="utf-8")

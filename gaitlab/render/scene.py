@@ -93,11 +93,13 @@ class Recorded(NamedTuple):
         trial_id: What the store calls it.
         trial: The trial.
         log: Its log.
+        cell: Where it stands in its experiment; empty where it stands in none.
     """
 
     trial_id: str
     trial: Trial
     log: TrialLog
+    cell: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -170,7 +172,7 @@ def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
 
     Before the log its first row shows, after it the last one.
     """
-    _, trial, log = shown
+    trial, log = shown.trial, shown.log
     tree, feet, sole = trial.robot.tree, trial.robot.feet, trial.robot.sole
     clock, ticks = log["time"] - log.header.startup_time, ticks_at(log, instants)
     poses = link_poses(tree, log, ticks)
@@ -275,7 +277,7 @@ def link_shapes(link: Link, feet: tuple[str, str]) -> Iterator[Shape]:
     yield Shape(centre + _CUBE * np.array(link.box.size), _OUTWARD, link_colour(link, feet))
     for side in (-1.0, 1.0):
         if link.name == "head":
-            eye = centre + [0.5 * length + 0.001, side * 0.22 * width, 0.12 * height]
+            eye = centre + np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
             yield _disc(eye, np.array([1.0, 0.0, 0.0]), 0.1 * width, DARK)
         elif _pitches(link):
             reach = side * (0.5 * width + 0.001) + link.box.centre[1]

@@ -67,6 +67,7 @@ def track_of(shown: Recorded, instants: np.ndarray) -> dict[str, Any]:
     return {
         "id": shown.trial_id,
         "title": scene.title,
+        "cell": shown.cell,
         "caption": scene.caption,
         "verdict": verdict_of(shown.log, scene),
         "fell": scene.fall,

@@ -474,8 +474,8 @@
     stages.forEach(({ trial }, k) => {
       if (trial.fell === null || trial.fell < begin - 1e-6 || trial.fell > end + 1e-6) return;
       const at = share(trial.fell), right = at > 0.5;
-      const name = stages.length > 1 ? ` ${["left", "right"][k]}` : "";
-      const mark = element("button", `fall ${right ? "right" : "left"}`, right ? `fell${name} ${clock(trial.fell)} ▼` : `▼ fell${name} ${clock(trial.fell)}`);
+      const name = stages.length > 1 ? ["first", "second"][k] : "";
+      const mark = element("button", `fall ${right ? "right" : "left"}`, right ? `${name ? `${name} ` : ""}fell ${clock(trial.fell)} ▼` : `▼ ${name ? `${name} ` : ""}fell ${clock(trial.fell)}`);
       mark.title = "show the second before it";
       mark.style.left = `calc(9px + ${at} * (100% - 18px))`;
       if (k && Math.abs(at - share(stages[0].trial.fell ?? -1e9)) < 0.2) mark.style.top = "-17px";
@@ -579,14 +579,16 @@
     by("trouble").hidden = false;
   }
 
+  const pressed = (id, on) => by(id).setAttribute("aria-pressed", on);
+
   function controls() {
+    for (const name of [...Object.keys(shown), "follow"]) pressed(name, true);
     by("play").addEventListener("click", () => play(!playing));
     by("back").addEventListener("click", () => step(-1));
     by("on").addEventListener("click", () => step(1));
     by("time").addEventListener("input", (event) => { play(false); seek(Number(event.target.value)); });
     by("speed").addEventListener("change", () => { last = performance.now(); });
     by("reset").addEventListener("click", () => { Object.assign(view, first); pressed("follow", true); draw(); });
-    const pressed = (id, on) => by(id).setAttribute("aria-pressed", on);
     for (const name of Object.keys(shown)) {
       by(name).addEventListener("click", () => { shown[name] = !shown[name]; pressed(name, shown[name]); draw(); });
     }
