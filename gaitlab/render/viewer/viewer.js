@@ -621,7 +621,7 @@
     addEventListener("hashchange", choose);
   }
 
-  async function begun() {
+  async function start() {
     try {
       renderer = new THREE.WebGLRenderer({ canvas: by("canvas"), antialias: true, alpha: true });
     } catch (error) {
@@ -638,7 +638,6 @@
     steer(by("canvas"));
     if (page.trials.length) await choose();
     else by("controls").hidden = true;
-    document.body.dataset.ready = "yes";
   }
 
   // For scripts of a page around it.
@@ -647,5 +646,5 @@
     state: () => ({ now, begin, end, playing, speed: speed(), view: { ...view }, shown: { ...shown }, trials: stages.map((each) => each.trial.id) }),
     links: (k = 0) => { stages[k].show(now); return stages[k].places(); },
   };
-  begun();
+  start().finally(() => { document.body.dataset.ready = "yes"; });
 })();
