@@ -74,17 +74,17 @@ def write_replay_page(
     title: str = "",
     menu: str = "",
     view: View = "perspective",
-    beside: bool = True,
+    first: str = "",
 ) -> int:
     """Write trials as one file of HTML.
 
     Args:
-        replays: The trials. The page opens with the first, or as its address says.
+        replays: The trials. Which are shown, an address in the page says: `#ID` or `#ID,OTHER`.
         path: The file, replaced once it is whole.
         title: Of the page; by default what its first trial is.
         menu: HTML beside the picture, whose links to `address` choose a trial.
         view: Where to look from at first.
-        beside: Whether the first two stand side by side.
+        first: Id of the trial that it opens with; by default the first two are side by side.
 
     Returns:
         How many instants the longest of them has.
@@ -105,7 +105,8 @@ def write_replay_page(
     content = {
         "trials": trials,
         "robots": robots,
-        "shown": [0, 1] if beside and len(trials) > 1 else [0],
+        "shown": [k for k, track in enumerate(trials) if track["id"] == first]
+        or [0, 1][: len(trials)],
         "menu": bool(menu),
         "view": {
             "azimuth": point.azimuth,

@@ -48,7 +48,7 @@ class Faces(NamedTuple):
     colours: np.ndarray
 
 
-class Shape(NamedTuple):
+class LinkShape(NamedTuple):
     """A part of a link: polygons with equally many corners, in the frame of the link.
 
     Attributes:
@@ -270,11 +270,11 @@ def _pitches(link: Link) -> bool:
     return link.joint is not None and abs(unit_axis(link.joint.axis)[1]) > PITCHES
 
 
-def link_shapes(link: Link, feet: tuple[str, str]) -> Iterator[Shape]:
+def link_shapes(link: Link, feet: tuple[str, str]) -> Iterator[LinkShape]:
     """The box of a link; with two eyes on the head, with a servo horn on each side of a pitch."""
     length, width, height = link.box.size
     centre = np.array(link.box.centre)
-    yield Shape(centre + _CUBE * np.array(link.box.size), _OUTWARD, link_colour(link, feet))
+    yield LinkShape(centre + _CUBE * np.array(link.box.size), _OUTWARD, link_colour(link, feet))
     for side in (-1.0, 1.0):
         if link.name == "head":
             eye = centre + np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
@@ -285,12 +285,12 @@ def link_shapes(link: Link, feet: tuple[str, str]) -> Iterator[Shape]:
             yield _disc(horn, np.array([0.0, side, 0.0]), HORN, ORANGE)
 
 
-def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Shape:
+def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> LinkShape:
     """A disc about a point, both in the frame of the link, in [m]."""
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     angle = np.linspace(0.0, 2.0 * np.pi, DISC_CORNERS, endpoint=False)[:, None]
     ring = centre + radius * (np.cos(angle) * u + np.sin(angle) * np.cross(normal, u))
-    return Shape(ring[None], normal[None], colour)
+    return LinkShape(ring[None], normal[None], colour)
 
 
 def lit(colour: str, normals: np.ndarray) -> np.ndarray:

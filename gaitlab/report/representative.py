@@ -59,6 +59,15 @@ def representative(trials: pd.DataFrame) -> str:
     return str(ordered["trial_id"].iloc[(len(ordered) - 1) // 2])
 
 
+def worst(trials: pd.DataFrame) -> pd.Series:
+    """The seed that fell first or, where none fell, walked least; of equals the first planned."""
+    trials = trials.assign(late=pd.to_numeric(trials["time_to_fall"]))
+    down = trials[truth(trials["fell"])]
+    return (
+        _first(down, "late", rising=True) if len(down) else _first(trials, "distance", rising=True)
+    )
+
+
 def representative_cell(results: Results) -> tuple[Value, Value] | None:
     """Row and column whose walks say most; None if nothing was simulated.
 
@@ -139,7 +148,7 @@ def extremes_blocks(results: Results, options: str = "") -> list[str]:
     if len(results.variants) < 2:
         header.remove("variant")
         rows = [row[:2] + row[3:] for row in rows]
-    lines = [f"gaitlab replay {name}{options} --output {name}.gif" for name in short]
+    lines = [f"gaitlab replay {name}{options} --output {name}.html" for name in short]
     watch = f"To watch them:\n\n{fenced(chr(10).join(lines), 'sh')}"
     return [table(header, rows, "lll"), watch]
 
@@ -158,9 +167,9 @@ def extremes(results: Results) -> Iterator[tuple[str, pd.Series]]:
     elif len(down):
         yield "latest fall", _first(down, "late", rising=False)
     if len(down):
-        yield "earliest fall", _first(down, "late", rising=True)
+        yield "earliest fall", worst(done)
     elif len(up) > 1:
-        yield "shortest walk", _first(up, "distance", rising=True)
+        yield "shortest walk", worst(done)
 
 
 def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:

@@ -543,7 +543,7 @@
     seek(times[Math.min(Math.max(index, 0), times.length - 1)]);
   }
 
-  const dot3 = (text) => text.slice(0, 8);
+  const short = (id) => id.slice(0, 8); // as `address` in replay_page.py
 
   // Addresses: replay.html#TRIAL, #TRIAL,OTHER, #TRIAL&t=1.5
   async function choose() {
@@ -563,7 +563,7 @@
       const falls = stages.map((each) => each.trial.fell).filter((fell) => fell !== null);
       now = page.menu && falls.length ? Math.max(Math.min(...falls) - 2, begin) : begin;
       document.querySelectorAll("#menu a").forEach((link) => {
-        const own = chosen.some((trial) => link.hash === `#${dot3(trial.id)}`);
+        const own = chosen.some((trial) => link.hash === `#${short(trial.id)}`);
         if (own) link.setAttribute("aria-current", "true"); else link.removeAttribute("aria-current");
       });
       by("canvas").setAttribute("aria-label", chosen.map((trial) => `${trial.title}: ${trial.verdict}`).join("; "));
@@ -595,13 +595,13 @@
     by("follow").addEventListener("click", () => { view.follow = !view.follow; pressed("follow", view.follow); draw(); });
     const beside = by("beside");
     page.trials.forEach((trial) => {
-      const option = element("option", "", [trial.cell || trial.title, trial.role, dot3(trial.id)].filter(Boolean).join(", "));
+      const option = element("option", "", [trial.cell || trial.title, trial.role, short(trial.id)].filter(Boolean).join(", "));
       option.value = trial.id;
       beside.append(option);
     });
     beside.parentElement.hidden = page.trials.length < 3;
     beside.addEventListener("change", () => {
-      const names = [stages[0].trial.id, beside.value].filter(Boolean).map(dot3);
+      const names = [stages[0].trial.id, beside.value].filter(Boolean).map(short);
       location.hash = names.join(",");
     });
     addEventListener("keydown", (event) => {
