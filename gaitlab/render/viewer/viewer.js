@@ -357,7 +357,7 @@
       if (zmp.visible) zmp.position.fromArray(place);
       grass.group.visible = shown.pile;
       if (shown.pile) grass.press(robot.feet.map((_, f) => ({ matrix: feet[f], corners: robot.soles[f] })));
-      const focus = [...state.vector("focus", 2), 0.45 * size];
+      const focus = [...state.vector("focus", 2), 0.53 * size];
       lamp.target.position.fromArray(focus);
       lamp.position.set(focus[0] + 1.4 * size, focus[1] - 2.2 * size, focus[2] + 3.04 * size);
       return { focus, phase: state.nearest("phase0"), contact: [0, 1].map((f) => state.nearest(`contact${f}`) > 0.5) };
