@@ -6,7 +6,7 @@ is in `gaitlab.papers`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -29,6 +29,7 @@ def write_report(
     html: bool = False,
     tables: bool = False,
     force: bool = False,
+    replays: Mapping[str, str] | None = None,
 ) -> Path:
     """Write the report of one or several experiments; the same store gives the same bytes.
 
@@ -39,6 +40,8 @@ def write_report(
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
         force: Also write into a folder that holds files of somebody else.
+        replays: Link to the replay of a trial by its id, relative to the page in HTML; by default
+            to those that lie beside it, `replays/ID.html`.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -54,5 +57,14 @@ def write_report(
         store.require_one_file(experiment)
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
-    write = partial(write_page, results, sources(experiments, store, results))
-    return publish(folder, write, html=html, tables=tables, force=force, results=results)
+    where = sources(experiments, store, results)
+    return publish(
+        folder,
+        partial(write_page, results, where),
+        html=html,
+        tables=tables,
+        force=force,
+        results=results,
+        replays=replays,
+        options=where.options,
+    )

@@ -100,7 +100,12 @@ def _known(code: Mapping[str, Any], known: Mapping[str, Plugin]) -> Mapping[str,
 
 def _units(experiments: Sequence[Experiment]) -> dict[str, str]:
     """SI unit of everything that is varied; names, files and ratios have none."""
-    varied = {path: e.parts for e in experiments for path in e.varied if "." in path}
+    varied = {
+        path: e.parts
+        for e in experiments
+        for path in (*e.varied, e.report.rows, e.report.columns)
+        if "." in path
+    }
     units = {path: parts.parameter(path).unit for path, parts in varied.items()}
     return {path: "-" if unit == "file" else unit for path, unit in units.items()}
 

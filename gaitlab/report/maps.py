@@ -31,6 +31,7 @@ from gaitlab.report.scores import ScoredCell, truth
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import axis_text, column_text, letter, path_text, plural, surface_text
 
+SHARES = "stable_share"  # name of the picture of the cells
 LOW, HIGH = 0.22, 0.36  # in, height of a row with one line of text and with two
 ROOMY = 24  # rows; of more each is lower
 NARROW = 9  # columns of a page; beyond them the text shrinks
@@ -169,11 +170,11 @@ def cells_map(results: Results, folder: Path) -> str:
     grids = [_grid_of(results, v, printed) for v in results.variants[:MOST_PANELS]]
     rows = "" if results.rows == ONE_ROW else axis_text(results, results.rows)
     columns = "" if results.columns == "surface" else axis_text(results, results.columns)
-    save(share_map(grids, rows, columns), folder, "stable_share")
+    save(share_map(grids, rows, columns), folder, SHARES)
     alt = f"Stable seeds of each cell, one panel a variant, for {results.title}"
     rest = len(results.variants) - MOST_PANELS
     note = f"{plural(rest, 'further variant')} not drawn; the tables have them." if rest > 0 else ""
-    return "\n\n".join(part for part in (image(alt, "stable_share.png"), note) if part)
+    return "\n\n".join(part for part in (image(alt, f"{SHARES}.png"), note) if part)
 
 
 def _grid_of(

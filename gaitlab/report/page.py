@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from gaitlab.report.agreement import agreement, agreement_blocks, agreement_sentence
 from gaitlab.report.cells import (
+    CELLS,
     HOW_TO_READ,
     PRINTED_ROWS,
     cell_tables,
@@ -106,10 +107,10 @@ def _second(results: Results, sources: Sources, compared: Compared, folder: Path
     return [
         f"{heading(results)}: details",
         "The answer is on [the page itself](README.md).",
+        section(CELLS, legend(results), cell_tables(results)),
         section("Stable cells", verdicts_note(results), headline(results), HOW_TO_READ, printed),
         section("Comparison", *contrasts) if contrasts else "",
         section("Agreement of the engines", *agreement_blocks(results, engines)) if engines else "",
-        section("Cell by cell", legend(results), cell_tables(results)),
         pair_maps(results, folder),
         section("Falls", falls_table(results)),
         section("Trials without a result", why) if why else "",
