@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from os.path import commonprefix
+from itertools import takewhile
 
 import pandas as pd
 
@@ -180,7 +180,8 @@ def shortened(names: Sequence[str], known: Iterable[str]) -> list[str]:
 def _short(name: str, ordered: Sequence[str]) -> str:
     at = bisect_left(ordered, name)
     neighbours = (*ordered[max(0, at - 1) : at], *ordered[at + 1 : at + 2])
-    shared = max((len(commonprefix([name, other])) for other in neighbours), default=0)
+    alike = (takewhile(bool, map(str.__eq__, name, other)) for other in neighbours)
+    shared = max((len(list(same)) for same in alike), default=0)
     return name[: max(SHORTEST, shared + 1)]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gaitlab.documents.outputs import published
 from gaitlab.render.figure_style import vector_figures
+from gaitlab.render.kept_figures import figures_before
 from gaitlab.report.forms.explorer import Explorer, replays_beside
 from gaitlab.report.forms.html import html_page, write_html
 from gaitlab.report.forms.tables import write_tables
@@ -47,12 +48,17 @@ def publish(
     Returns:
         The page, in HTML if that was asked for.
     """
-    with published(folder, force=force) as place, vector_figures(html or tables):
+    with (
+        published(folder, force=force) as place,
+        vector_figures(html or tables),
+        figures_before(folder),
+    ):
         page = write(place)
         if tables:
             write_tables(page, results)
         if html:
-            page = write_html(page, results and _explorer(results, folder, replays, options))
+            shown = None if results is None else _explorer(results, folder, replays, options)
+            page = write_html(page, shown)
     return folder / page.name
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -22,13 +22,13 @@ import pandas as pd
 
 from gaitlab.metrics import lookup
 from gaitlab.render.figure_style import CYCLE
-from gaitlab.report.cells import cells_in_order, row_title
+from gaitlab.report.cells import cells_in_order
 from gaitlab.report.falls import measures_of, shown_unit, shown_values
 from gaitlab.report.matching import places
 from gaitlab.report.representative import shortened
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import ScoredCell
-from gaitlab.report.variants import Value
+from gaitlab.report.variants import Value, value_text
 from gaitlab.report.words import axis_text, column_text, path_text, place_text, with_unit
 
 REPLAYS = "replays"  # folder beside a page, with a file a trial, ID.html
@@ -72,10 +72,10 @@ class Explorer:
         if not cell.n or not cell.feasible:
             return ""
         low, high = (100.0 * end for end in cell.interval())
-        return (
-            f'<span class="bar" aria-hidden="true"><i style="left:{low:.0f}%;'
-            f'right:{100.0 - high:.0f}%"></i><b style="left:{100.0 * cell.share():.0f}%"></b></span>'
-        )
+        span = f"left:{low:.0f}%;right:{100.0 - high:.0f}%"
+        mark = f"left:{100.0 * cell.share():.0f}%"
+        inside = f'<i style="{span}"></i><b style="{mark}"></b>'
+        return f'<span class="bar" aria-hidden="true">{inside}</span>'
 
     def figure(self, name: str) -> str:
         """Where the figure is drawn, and what chooses its measure.
@@ -109,7 +109,7 @@ class Explorer:
         results = self.results
         one_row = results.rows == ONE_ROW
         return {
-            "rows": ["" if one_row else row_title(results, row) for row in results.row_values],
+            "rows": ["" if one_row else _tick(row) for row in results.row_values],
             "row": "" if one_row else axis_text(results, results.rows),
             "columns": [column_text(results, value) for value in results.column_values],
             "variants": [variant.label for variant in results.variants],
@@ -194,6 +194,11 @@ def ended(trial: Mapping[str, object]) -> str:
     return "stayed up" if trial["stable_strict"] else "stayed up, stalled"
 
 
+def _tick(value: Value) -> str:
+    """A value of the rows on an axis, whose title has the unit."""
+    return value_text(value).replace("_", " ")
+
+
 def _measure(name: str) -> dict[str, str]:
     item, unit = lookup(name), shown_unit(name)
     meaning = " ".join(item.doc.partition("\n\n")[0].split())
@@ -204,7 +209,7 @@ def _measure(name: str) -> dict[str, str]:
     }
 
 
-def _numbers(values: Sequence[float]) -> list[float | None]:
+def _numbers(values: Iterable[float]) -> list[float | None]:
     return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in map(float, values)]
 
 

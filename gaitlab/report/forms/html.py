@@ -33,6 +33,9 @@ _TAG = re.compile(r"</?(?:details|summary|b|strong|em|i|code|br|sub|sup|kbd)(?: 
 _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
 PICTURES = {".png": "image/png", ".gif": "image/gif", ".jpg": "image/jpeg", ".webp": "image/webp"}
 DROPPED = frozenset({"metadata", "style", "script"})  # said in the page's own style sheet, or noise
+_GREY = re.compile(r"(?<!\()#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})\b")
+MOST_TINT = 12  # between the channels of a colour that still is a grey
+DARKEST, LIGHTEST = 0x15, 0xE4  # of a dark page: its paper and its ink
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
@@ -120,20 +123,18 @@ def _contents(titles: Sequence[Heading]) -> str:
     )
 
 
-def _arranged(
-    tokens: Sequence[Token], titles: Mapping[int, Heading], cells: bool
-) -> list[Token]:
+def _arranged(tokens: Sequence[Token], titles: Mapping[int, Heading], cells: bool) -> list[Token]:
     """Tokens as HTML wants them: anchors on headings, figures on their own, titles as such.
 
     Every cell of a table knows the title of its column, which a narrow screen sets beside it, and
     those of the tables of cells their number, if they are to be opened.
     """
     arranged = list(tokens)
-    section, columns, column, count = "", [""], 0, 0
+    name, section, columns, column, count = "", "", [""], 0, 0
     for index, token in enumerate(arranged):
         if (heading := titles.get(index)) is not None:
             token.attrSet("id", heading.anchor)
-            section = heading.text if heading.level <= SECTION else section
+            name, section = heading.text, heading.text if heading.level <= SECTION else section
         if [child.type for child in token.children or ()] == ["image"]:
             arranged[index - 1].hidden = arranged[index + 1].hidden = True
         if token.type == "thead_open":
@@ -155,7 +156,7 @@ def _arranged(
             column += 1
         elif token.type == "table_close":
             opening = next(t for t in reversed(arranged[:index]) if t.type == "table_open")
-            opening.meta = {"columns": columns, "name": section}
+            opening.meta = {"columns": columns, "name": name}
     return [token for part in _without_empty_heads(arranged) for token in part]
 
 
@@ -178,7 +179,8 @@ class _Page(RendererHTML):
         self, folder: Path, titles: Mapping[int, Heading], explorer: Explorer | None
     ) -> None:
         super().__init__()
-        self._folder, self._figures, self._explorer = folder, 0, explorer
+        self._folder, self._explorer = folder, explorer
+        self._figures = self._tables = 0
         self._anchors = iter([heading.anchor for heading in titles.values()])
 
     def image(
@@ -201,12 +203,11 @@ class _Page(RendererHTML):
     def table_open(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
     ) -> str:
-        columns, name = tokens[idx].meta["columns"], escape(tokens[idx].meta["name"] or "Answer")
+        columns, name = tokens[idx].meta["columns"], escape(tokens[idx].meta["name"])
+        self._tables += 1
         wide = ' class="wide"' if len(columns) > WIDE and any(columns) else ""
-        return (
-            f'<div class="scroll" tabindex="0" role="region" aria-label="Table: {name}">\n'
-            f"<table{wide}>\n"
-        )
+        label = f'aria-label="Table {self._tables}: {name}"'
+        return f'<div class="scroll" tabindex="0" role="region" {label}>\n<table{wide}>\n'
 
     def table_close(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
@@ -224,8 +225,17 @@ class _Page(RendererHTML):
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
     ) -> str:
         number = tokens[idx].meta.get("cell")
-        bar = f"{self._explorer.bar(number)}</button>" if self._explorer and number is not None else ""
+        bar = (
+            f"{self._explorer.bar(number)}</button>"
+            if self._explorer and number is not None
+            else ""
+        )
         return bar + self.renderToken(tokens, idx, options, env)
+
+    def fence(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return super().fence(tokens, idx, options, env).replace("<pre>", '<pre tabindex="0">', 1)
 
     def html_block(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
@@ -284,7 +294,7 @@ def _strip(element: ElementTree.Element) -> None:
     given = {_local(name): value for name, value in element.attrib.items()}
     element.attrib.clear()
     element.attrib |= {
-        name: _shorter(value) if name == "d" else value
+        name: _shorter(value) if name == "d" else _GREY.sub(_both_ways, value)
         for name, value in given.items()
         if not name.startswith("on")
     }
@@ -295,6 +305,15 @@ def _strip(element: ElementTree.Element) -> None:
             element.remove(child)
         else:
             _strip(child)
+
+
+def _both_ways(grey: re.Match[str]) -> str:
+    """A grey, black or white as it is on a light page, and turned about on a dark one."""
+    level = [int(pair, 16) for pair in grey.groups()]
+    if max(level) - min(level) > MOST_TINT:
+        return grey[0]
+    dark = round(DARKEST + (LIGHTEST - DARKEST) * (1.0 - sum(level) / (3 * 255)))
+    return f"light-dark({grey[0]}, #{dark:02x}{dark + 3:02x}{dark + 7:02x})"
 
 
 def _local(name: str) -> str:
