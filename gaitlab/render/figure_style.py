@@ -17,6 +17,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from gaitlab.documents.printable import visible
+from gaitlab.documents.steps import step
 
 if TYPE_CHECKING:  # loaded when something is drawn: a page whose figures are there needs none
     from matplotlib.colors import Colormap
@@ -148,6 +149,7 @@ def _show_whatever_is_written(figure: Figure) -> None:
 
 def save(figure: Figure, folder: Path, name: str) -> Path:
     """Write `name`.png, and `name`.svg within `vector_figures`; the same figure, the same bytes."""
+    step(f"drawing {name}")
     png = folder / f"{name}.png"
     with style():
         _show_whatever_is_written(figure)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from gaitlab.documents.steps import step
 from gaitlab.report.agreement import agreement, agreement_blocks, agreement_sentence
 from gaitlab.report.cells import (
     CELLS,
@@ -71,6 +72,7 @@ class Sources:
 
 def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     """Write README.md, details.md and their figures into a folder; returns README.md."""
+    step(f"comparing {plural(len(results.trials), 'trial')}")
     compared = compared_variants(results), compared_grounds(results)
     folder.mkdir(parents=True, exist_ok=True)
     first = _first(results, sources, compared, folder)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gaitlab.documents.outputs import published
+from gaitlab.documents.steps import step
 from gaitlab.render.figure_style import vector_figures
 from gaitlab.render.kept_figures import figures_before
 from gaitlab.report.forms.explorer import Explorer, replays_beside
@@ -55,8 +56,10 @@ def publish(
     ):
         page = write(place)
         if tables:
+            step("writing tables")
             write_tables(page, results)
         if html:
+            step("writing HTML")
             shown = None if results is None else _explorer(results, folder, replays, options)
             page = write_html(page, shown)
     return folder / page.name

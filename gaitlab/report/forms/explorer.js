@@ -166,13 +166,15 @@ function draw() {
   const columns = data.columns.length, across = wide ? Math.min(columns, 4) : 1;
   const down = Math.ceil(columns / across);
   const ink = colour("--ink"), line = colour("--line"), paper = colour("--paper");
+  const font = { color: ink, family: "system-ui, sans-serif", size: 13 };
+  const top = wide || data.variants.length < 2 ? 56 : 36 + 22 * data.variants.length; // legend
   const layout = {
     autosize: true,
-    height: down * (wide ? 300 : 230) + 90,
-    margin: { l: 56, r: 8, t: 56, b: 48 },
+    height: down * (wide ? 300 : 230) + top + 34,
+    margin: { l: 56, r: 8, t: top, b: 48 },
     paper_bgcolor: paper,
     plot_bgcolor: paper,
-    font: { color: ink, family: "system-ui, sans-serif", size: 13 },
+    font,
     hoverlabel: { bgcolor: paper, bordercolor: ink, font: { color: ink } },
     showlegend: data.variants.length > 1,
     legend: { orientation: "h", y: 1, yref: "container", yanchor: "top", x: 0 },
@@ -181,6 +183,7 @@ function draw() {
     grid: { rows: down, columns: across, pattern: "independent", ygap: 0.35, xgap: 0.04 },
   };
   const traces = [];
+  const tints = dark.matches ? data.colours.dark : data.colours.light;
   for (let column = 0; column < columns; column++) {
     const end = column ? String(column + 1) : "";
     const first = column % across === 0;
@@ -189,12 +192,12 @@ function draw() {
       ticktext: data.rows.map(safe),
       range: [-0.6, data.rows.length - 0.4],
       gridcolor: line, linecolor: line, zeroline: false, automargin: true,
-      title: { text: column >= columns - across ? safe(data.row) : "", standoff: 8 },
+      title: { text: column >= columns - across ? safe(data.row) : "", standoff: 8, font },
     };
     layout[`yaxis${end}`] = {
       gridcolor: line, zerolinecolor: line, showticklabels: first,
       matches: column ? "y" : undefined,
-      title: { text: first ? safe(measure.title) : "", standoff: 8 },
+      title: { text: first ? safe(measure.title) : "", standoff: 8, font },
       ...(measure === SHARE ? { range: [-4, 104] } : {}),
     };
     layout.annotations.push({
@@ -203,7 +206,7 @@ function draw() {
     });
     data.variants.forEach((name, variant) => {
       const points = measure === SHARE ? shares(variant, column) : seeds(measure, variant, column);
-      const tint = data.colours[variant % data.colours.length];
+      const tint = tints[variant % tints.length];
       const { symbols = SYMBOLS[variant % SYMBOLS.length], error_y, ...rest } = points;
       traces.push({
         ...rest,

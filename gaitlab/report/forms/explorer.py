@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from gaitlab.metrics import lookup
-from gaitlab.render.figure_style import CYCLE
+from gaitlab.render.figure_style import CYCLE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, YELLOW
 from gaitlab.report.cells import cells_in_order
 from gaitlab.report.falls import measures_of, shown_unit, shown_values
 from gaitlab.report.matching import places
@@ -34,7 +34,8 @@ from gaitlab.report.words import axis_text, column_text, path_text, place_text, 
 REPLAYS = "replays"  # folder beside a page, with a file a trial, ID.html
 DIGITS = 5  # of a measure; a reader who needs all has `gaitlab query`
 AIMS = {"higher": "More is better.", "lower": "Less is better.", "neither": ""}
-COLOURS = 6  # that differ on a light and on a dark page
+COLOURS = 6  # of variants on a light page, and on a dark one in the same order
+ON_DARK = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION)
 PLOTLY = "package_data/plotly.min.js"
 GZIP = 16 + zlib.MAX_WBITS  # a gzip header, which browsers unpack; without a time in it
 
@@ -113,7 +114,7 @@ class Explorer:
             "row": "" if one_row else axis_text(results, results.rows),
             "columns": [column_text(results, value) for value in results.column_values],
             "variants": [variant.label for variant in results.variants],
-            "colours": CYCLE[:COLOURS],
+            "colours": {"light": CYCLE[:COLOURS], "dark": ON_DARK},
             "cells": list(self._cells()),
             "measures": [_measure(name) for name in measures_of(results)],
             "options": self.options,

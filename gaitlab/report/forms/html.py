@@ -30,6 +30,7 @@ LISTED = (2, 3)  # levels of headings in the table of contents
 # Mark-up that the pages themselves write between their lines; whatever else looks like a tag
 # stays text, whoever wrote it.
 _TAG = re.compile(r"</?(?:details|summary|b|strong|em|i|code|br|sub|sup|kbd)(?: open)? ?/?>")
+_INTERVAL = re.compile(r"\[[-+\d][^\[\]]{0,24}\]")  # stays on one line
 _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
 PICTURES = {".png": "image/png", ".gif": "image/gif", ".jpg": "image/jpeg", ".webp": "image/webp"}
 DROPPED = frozenset({"metadata", "style", "script"})  # said in the page's own style sheet, or noise
@@ -192,6 +193,11 @@ class _Page(RendererHTML):
         if self._explorer and token.attrs["src"] == f"{SHARES}.png":
             return self._explorer.figure(alt)
         return figure(str(token.attrs["src"]), alt, self._folder, self._figures) + "\n"
+
+    def text(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return _INTERVAL.sub(r'<span class="whole">\g<0></span>', escape(tokens[idx].content))
 
     def heading_close(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
