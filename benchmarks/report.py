@@ -136,8 +136,8 @@ def rows(asked: argparse.Namespace, store: Store, folder: Path) -> Iterator[str]
         html = f"; index.html {page.stat().st_size / 1e6:.1f} MB" if page.is_file() else ""
         yield (
             f"{trials:6d} trials (filled in {filled:.0f} s): {first.seconds:.1f} s, of which "
-            f"{first.busy:.1f} s of a processor; again {again.seconds:.1f} s, {again.busy:.1f} s of "
-            f"a processor, with {same} bytes; {first.memory:.0f} MB at most{html}"
+            f"{first.busy:.1f} s of a processor; again {again.seconds:.1f} s, {again.busy:.1f} s "
+            f"of a processor, with {same} bytes; {first.memory:.0f} MB at most{html}"
         )
 
 
