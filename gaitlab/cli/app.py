@@ -26,6 +26,7 @@ from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
 from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
+from gaitlab.kinematics.caches import lend_caches
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 READING = ("list", "show", "query", "ik", "fk", "compare-log")
@@ -134,6 +135,7 @@ app.command(short_help="Check every checksum, simulate some trials again.")(veri
 def run_command_line(arguments: Sequence[str]) -> int:
     """Carry out a command and give its exit code; nothing it raises gets past here."""
     words = list(arguments) or ["--help"]
+    lend_caches()
     try:
         _require_utf8(words)
         return int(_command()(words, prog_name="gaitlab", standalone_mode=False) or 0)

@@ -115,7 +115,7 @@ Jobs: TypeAlias = Annotated[
         "-j",
         "--jobs",
         metavar="N",
-        help="Worker processes, one a core by default; 0 runs in this process.",
+        help="Worker processes, one a usable core by default; 0 runs in this process.",
     ),
 ]
 ShardText: TypeAlias = Annotated[

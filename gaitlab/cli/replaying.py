@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.common import MOST_JOBS
+from gaitlab.cli.common import MOST_JOBS, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     AllowCode,
@@ -94,7 +94,7 @@ def replay(
             metavar="N",
             min=0,
             max=MOST_JOBS,
-            help="Painting processes, one a core by default; 0 paints in this process.",
+            help="Painting processes, one a usable core by default; 0 paints in this process.",
         ),
     ] = None,
     force: Force = False,
@@ -135,7 +135,7 @@ def replay(
             view=view.value,
             size=wanted,
             panels=panels,
-            jobs=os.cpu_count() or 1 if jobs is None else jobs,
+            jobs=worker_count(jobs),
             force=force,
         )
     length = f", {written.duration:.1f} s" if written.duration else ""
@@ -191,16 +191,17 @@ def view(
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Look at an experiment in the browser: its cells, and in each the worst and the median walk.
+    """Look at an experiment in the browser: its report, and walks of every cell in 3-D.
 
-    Writes the report in HTML, and beside it replays.html with the walks in 3-D. Both need no
-    network, and can be sent to others.
+    The report, index.html, leads to the worst and the median walk of each cell in replays.html
+    beside it. Both need no network, and can be sent to others.
 
     \b
     Example:
       gaitlab view eros_quick
       gaitlab view --no-open
     """
+    from gaitlab.cli.progress import steps
     from gaitlab.experiment import load_experiment
     from gaitlab.report.view import write_view
     from gaitlab.store import Store
@@ -208,11 +209,11 @@ def view(
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     results = Store(store)
-    with other_output_on_stderr():
+    with other_output_on_stderr(), steps():
         asked = load_experiment(experiment or _newest(results), settings or (), seeds)
-        tell(f"writing the report and the replays of {asked.listed_as} ...")
         written = write_view(asked, results, output, force=force)
-    tell(f"{plural(len(written.replays), 'walk')}, {size(written.page.stat().st_size)}")
+    walks = plural(len(written.links), "walk")
+    tell(f"{walks} in {written.walks}, {size(written.walks.stat().st_size)}")
     say(str(written.page))
     if opened:
         _open(written.page)

@@ -124,6 +124,7 @@ def report(
       gaitlab report eros_reproduction --quick
     """
     from gaitlab.cli.common import refuse_quick
+    from gaitlab.cli.progress import steps
     from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.papers.reproduction import sweep_page, write_reproduction
     from gaitlab.report import write_report
@@ -137,7 +138,7 @@ def report(
         from gaitlab.papers.reproduction import load_reproduction
 
         name = only_one(experiments)
-        with other_output_on_stderr():
+        with other_output_on_stderr(), steps():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
             html = form is Form.html
             page = write_reproduction(
@@ -146,7 +147,7 @@ def report(
         say(str(page))
         return 0
     refuse_quick(experiments[0], quick)
-    with other_output_on_stderr():
+    with other_output_on_stderr(), steps():
         loaded = [load_experiment(name, settings or (), seeds) for name in experiments]
         sweep = sweep_page(loaded, settings or (), seeds)
         if sweep is not None:

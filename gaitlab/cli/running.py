@@ -17,6 +17,7 @@ from gaitlab.cli.common import (
     refuse_quick,
     share_of,
     summary_text,
+    tell_cache,
     tell_compiling,
     tell_engine,
     tell_reasons,
@@ -108,6 +109,8 @@ def run(
             yes=yes,
             again=again,
         )
+        if not dry_run:
+            tell_cache()
         return run_members(whole, results, options, dry_run=dry_run)
     refuse_quick(experiment, quick)
     with other_output_on_stderr():

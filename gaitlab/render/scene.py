@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -19,6 +18,7 @@ from gaitlab.metrics.stability import fall_cause
 from gaitlab.model import Link, LinkPoses, Tree
 from gaitlab.model.stance import PITCHES
 from gaitlab.model.tree import unit_axis
+from gaitlab.render.figure_style import surface_text
 from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.surface import Surface
 
@@ -320,9 +320,3 @@ def _zmp(log: TrialLog, ticks: np.ndarray, soles: np.ndarray, contact: np.ndarra
     height = soles[..., 2].mean(axis=2)
     loaded = np.where(contact, height, 0.0).sum(axis=1) / np.maximum(contact.sum(axis=1), 1)
     return np.column_stack([log.vector("zmp_", "xy")[ticks], loaded])
-
-
-def surface_text(name: str) -> str:
-    """A surface as a reader calls it: `grass_50mm` becomes `grass 50 mm`."""
-    stem = name.rpartition("/")[2].removesuffix(".yaml")
-    return re.sub(r"(?<!\S)(\d+)mm(?!\S)", r"\1 mm", " ".join(stem.replace("_", " ").split()))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import pandas as pd
 
@@ -178,17 +180,18 @@ def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:
     return keyed.sort_values("key", ascending=rising, kind="stable", na_position="last").iloc[0]
 
 
-def shortened(names: Sequence[str], known: pd.Series) -> list[str]:
+def shortened(names: Sequence[str], known: Iterable[str]) -> list[str]:
     """The first digits of each name, as many as tell it from every known one."""
-    others = [str(name) for name in known]
-    return [_short(name, others) for name in names]
+    ordered = sorted({*names, *map(str, known)})
+    return [_short(name, ordered) for name in names]
 
 
-def _short(name: str, others: Sequence[str]) -> str:
-    for length in range(SHORTEST, len(name)):
-        if sum(other.startswith(name[:length]) for other in others) < 2:
-            return name[:length]
-    return name
+def _short(name: str, ordered: Sequence[str]) -> str:
+    at = bisect_left(ordered, name)
+    neighbours = (*ordered[max(0, at - 1) : at], *ordered[at + 1 : at + 2])
+    alike = (takewhile(bool, map(str.__eq__, name, other)) for other in neighbours)
+    shared = max((len(list(same)) for same in alike), default=0)
+    return name[: max(SHORTEST, shared + 1)]
 
 
 def _number(value: object) -> str:

@@ -1,6 +1,6 @@
 """An experiment to look at: its cells as a table, and in each the worst and the median walk in 3-D.
 
-One HTML file, `replays.html`, beside the report's own.
+One HTML file, `replays.html`, beside that of the report, which leads to it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from html import escape
 from pathlib import Path
 
 from gaitlab.documents.outputs import refuse_other
+from gaitlab.documents.steps import step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.render import Recorded, clip_of
@@ -42,14 +43,14 @@ class Viewed:
     """What was written.
 
     Attributes:
-        page: The file to open.
-        report: The report beside it, in HTML.
-        replays: Where the walk of a trial is shown, by its id, relative to the folder.
+        page: The report in HTML, whose cells lead to their walks.
+        walks: The walks in 3-D, beside it.
+        links: Where the walk of a trial is shown, by its id, relative to the folder.
     """
 
     page: Path
-    report: Path
-    replays: Mapping[str, str]
+    walks: Path
+    links: Mapping[str, str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +85,6 @@ def write_view(
         )
     folder = output or REPORTS / experiment.listed_as
     refuse_other(folder / FILE, b"<!DOCTYPE html>", force=force)
-    report = write_report([experiment], store, folder, html=True, force=force)
     results = gather([experiment], store)
     chosen = {
         (variant.label, row, column): list(_chosen(results, variant, row, column))
@@ -93,15 +93,17 @@ def write_view(
         for column in results.column_values
     }
     shown = [item for items in chosen.values() for item in items]
+    links = {item.trial_id: FILE + address(item.trial_id) for item in shown}
+    page = write_report([experiment], store, folder, html=True, force=force, replays=links)
+    step("writing walks in 3-D")
     write_replay_page(
         _replays(results, shown),
         folder / FILE,
         title=f"{results.title}: replays",
-        menu=_menu(results, chosen, report.name),
+        menu=_menu(results, chosen, page.name),
         first="" if results.done.empty else str(worst(results.done)["trial_id"]),
     )
-    replays = {item.trial_id: FILE + address(item.trial_id) for item in shown}
-    return Viewed(page=folder / FILE, report=report, replays=replays)
+    return Viewed(page=page, walks=folder / FILE, links=links)
 
 
 def _chosen(results: Results, variant: Variant, row: Value, column: Value) -> Iterator[_Chosen]:

@@ -17,8 +17,9 @@ from gaitlab.running.worker import Task
 from gaitlab.store import Claims, Store, TrialRecord
 
 LOOK = 0.2  # s between two looks at what other runs are simulating
-TIMEOUT = 120.0  # s any trial may take
-TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
+TIMEOUT = 120.0  # s of work that any trial may take
+TIMEOUT_RATIO = 20.0  # s of work per simulated second, some fifty times the usual
+TIMED_OUT = "time-out"  # how the reason of a trial begins that took too long; it may be the machine
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +29,8 @@ class Job:
     Attributes:
         trial_id: Identity of the trial.
         trial: The trial as plain data.
-        timeout: Longest time it may take, in [s]; only worker processes can keep to it.
+        timeout: How long it may work, and how long do nothing, in [s]; only worker processes can
+            keep to it.
     """
 
     trial_id: str

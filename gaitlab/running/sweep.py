@@ -62,7 +62,8 @@ def dispatch(
         jobs: Worker processes; 0 runs every trial in this process.
         shard: Which share of the experiment to run; None for all of it.
         others: Whether other processes may run the same meanwhile, since they share a search.
-        retry_failed: Run trials again that failed before.
+        retry_failed: Run trials again that failed before; those that only took too long are in any
+            case.
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
 
     Raises:

@@ -67,8 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def page(folder: Path) -> Path:
     written = write_view(experiment(folder), Store(folder / "data"), folder / "out")
-    assert written.report.is_file()
-    return written.page
+    return written.walks
 
 
 def test_every_cell_shows_its_worst_and_its_median_seed(folder: Path, page: Path) -> None:
@@ -88,10 +87,11 @@ def test_every_cell_shows_its_worst_and_its_median_seed(folder: Path, page: Path
 
 def test_what_is_linked_is_what_is_written(folder: Path, tmp_path: Path) -> None:
     written = write_view(experiment(folder), Store(folder / "data"), tmp_path / "out")
-    for trial, link in written.replays.items():
+    for trial, link in written.links.items():
         file, _, place = link.partition("#")
         assert trial.startswith(place)
-        assert (written.page.parent / file).is_file()
+        assert (written.page.parent / file).samefile(written.walks)
+        assert link in written.page.read_text()
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
@@ -116,8 +116,8 @@ def test_a_link_of_a_cell_shows_its_walk(page: Path, tmp_path: Path) -> None:
 def test_nothing_but_failures_is_a_page_without_walks(tmp_path: Path) -> None:
     store = stored(tmp_path, "FAILED")
     written = write_view(experiment(tmp_path), store, tmp_path / "out")
-    assert not written.replays
-    assert not TRIAL.findall(written.page.read_text())
+    assert not written.links
+    assert not TRIAL.findall(written.walks.read_text())
 
 
 def view(folder: Path, *arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
