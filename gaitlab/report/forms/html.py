@@ -109,19 +109,19 @@ def _resource(name: str) -> str:
 
 
 def _contents(titles: Sequence[Heading], walks: str) -> str:
-    """The headings of a page, above them the file that shows its walks, if there is one."""
-    items = [f'<li class="level2"><a href="{escape(walks)}">Walks in 3-D</a></li>'] if walks else []
-    items += [
+    """The headings of a page, and before them the file that shows its walks, if there is one."""
+    items = [
         f'<li class="level{heading.level}"><a href="#{escape(heading.anchor)}">'
         f"{escape(heading.text)}</a></li>"
         for heading in titles
         if heading.level in LISTED
     ]
-    if not items:
+    link = f'<p><a class="walks" href="{escape(walks)}">Walks in 3-D</a></p>\n' if walks else ""
+    if not items and not link:
         return ""
     lines = "\n".join(items)
     return (
-        f'<nav aria-label="Contents">\n<details open>\n<summary>Contents</summary>\n'
+        f'<nav aria-label="Contents">\n{link}<details open>\n<summary>Contents</summary>\n'
         f"<ol>\n{lines}\n</ol>\n</details>\n</nav>"
     )
 
