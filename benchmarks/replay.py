@@ -1,10 +1,11 @@
-"""What ten seconds of walking on 50 mm grass cost as a film of 25 frames a second.
+"""What ten seconds of walking on 50 mm grass cost in 3-D and as a film, 25 frames a second.
 
 python benchmarks/replay.py
 """
 
 from __future__ import annotations
 
+import gzip
 import os
 import resource
 import tempfile
@@ -33,17 +34,21 @@ def main() -> None:
         f"{clip.end - clip.begin:.1f} s of walking, {len(clip.instants)} frames, {JOBS} processes"
     )
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("walk.mp4", "walk.gif"):
-            measure(shown, Path(folder) / name, clip)
+        for name in ("walk.html", "walk.mp4", "walk.gif"):
+            measure([shown], Path(folder) / name, clip)
+        for name in ("both.html", "both.gif"):
+            measure([shown, shown], Path(folder) / name, clip)
 
 
-def measure(shown: Recorded, path: Path, clip: Clip) -> None:
+def measure(shown: list[Recorded], path: Path, clip: Clip) -> None:
     before, started = processor_time(), time.perf_counter()
-    written = write_replay([shown], path, clip, jobs=JOBS)
+    written = write_replay(shown, path, clip, jobs=JOBS)
     wall, busy = time.perf_counter() - started, processor_time() - before
+    packed = len(gzip.compress(path.read_bytes()))
     print(
-        f"{path.suffix[1:]}: {wall:.1f} s wall, {busy:.1f} s of processor, "
-        f"{1000 * busy / written.pictures:.0f} ms a frame, {written.size / 1e6:.1f} MB; "
+        f"{path.name}: {wall:.1f} s wall, {busy:.1f} s of processor, "
+        f"{1000 * busy / written.pictures:.0f} ms a frame, {written.size / 1e6:.2f} MB, "
+        f"{packed / 1e6:.2f} MB gzipped; "
         f"load of the machine {os.getloadavg()[0]:.1f}"
     )
 

@@ -1,10 +1,12 @@
 """How long a report of many trials takes, and how much memory: page, figures, HTML and tables.
 
     python benchmarks/report.py [--trials 1000 10000] [--source data] [--store FOLDER]
+                                [--set engine.name=mujoco] [--forms html tables]
 
 The trials are real: the logs and records of `eros_table7` in the source store, copied under the
 names of the trials that more seeds of the same experiment plan. A store that is given is filled
-once and kept. Reports run in processes of their own and twice each, to see that nothing changes.
+once and kept. Reports run in processes of their own and twice each, to see that nothing changes,
+and what it saves that figures which show the same are not drawn again.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -33,20 +35,22 @@ start = time.perf_counter()
 from gaitlab.experiment import load_experiment
 from gaitlab.report import write_report
 from gaitlab.store import Store
-experiment = load_experiment(sys.argv[1], seeds=int(sys.argv[2]))
-write_report([experiment], Store(Path(sys.argv[3])), Path(sys.argv[4]), html=True, tables=True)
+name, seeds, store, output, settings, forms = sys.argv[1:]
+experiment = load_experiment(name, settings.split(), int(seeds))
+asked = {form: True for form in forms.split()}
+write_report([experiment], Store(Path(store)), Path(output), **asked)
 seconds = time.perf_counter() - start
 peak = re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text())
 print(seconds, time.process_time(), int(peak[1]) / 1024)
 """
 
 
-def fill(store: Store, source: Store, seeds: int) -> int:
+def fill(store: Store, source: Store, seeds: int, settings: Sequence[str]) -> int:
     """Copy the source's trials under the names of the planned ones; says how many there are."""
-    experiment = load_experiment(EXPERIMENT, seeds=seeds)
+    experiment = load_experiment(EXPERIMENT, settings, seeds)
     planned = list(plan(experiment).trials())
     there = store.states()
-    originals = _originals(source)
+    originals = _originals(source, settings)
     copies: dict[str, list[PlannedTrial]] = defaultdict(list)
     for item in planned:
         if item.trial.id not in there:
@@ -61,11 +65,11 @@ def fill(store: Store, source: Store, seeds: int) -> int:
     return len(planned)
 
 
-def _originals(source: Store) -> dict[tuple[object, ...], list[str]]:
+def _originals(source: Store, settings: Sequence[str]) -> dict[tuple[object, ...], list[str]]:
     """Ids of the source's trials by cell."""
     stored = source.states()
     found: dict[tuple[object, ...], list[str]] = defaultdict(list)
-    for item in plan(load_experiment(EXPERIMENT)).trials():
+    for item in plan(load_experiment(EXPERIMENT, settings)).trials():
         if item.trial.id in stored:
             found[_cell(item)].append(item.trial.id)
     return found
@@ -98,9 +102,10 @@ class Cost(NamedTuple):
     memory: float
 
 
-def measure(store: Store, seeds: int, output: Path) -> Cost:
-    """Cost of one report with all its forms."""
+def measure(store: Store, seeds: int, output: Path, asked: argparse.Namespace) -> Cost:
+    """Cost of one report in the forms that are asked for."""
     words = [sys.executable, "-c", MEASURED, EXPERIMENT, str(seeds), str(store.path), str(output)]
+    words += [" ".join(asked.settings), " ".join(asked.forms)]
     done = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True)
     return Cost(*(float(word) for word in done.stdout.split()))
 
@@ -113,24 +118,26 @@ def digest(folder: Path) -> str:
     return found.hexdigest()
 
 
-def rows(sizes: list[int], source: Store, store: Store, folder: Path) -> Iterator[str]:
+def rows(asked: argparse.Namespace, store: Store, folder: Path) -> Iterator[str]:
     """One line a size."""
+    source = Store(asked.source)
     cells = plan(load_experiment(EXPERIMENT)).cell_count
-    for size in sizes:
+    for size in asked.trials:
         seeds = -(-size // cells)
         start = time.perf_counter()
-        trials = fill(store, source, seeds)
+        trials = fill(store, source, seeds, asked.settings)
         filled = time.perf_counter() - start
         output = folder / str(size)
-        first = measure(store, seeds, output)
+        first = measure(store, seeds, output, asked)
         before = digest(output)
-        again = measure(store, seeds, output)
+        again = measure(store, seeds, output, asked)
         same = "equal" if digest(output) == before else "DIFFERENT"
-        page = (output / "index.html").stat().st_size / 1e6
+        page = output / "index.html"
+        html = f"; index.html {page.stat().st_size / 1e6:.1f} MB" if page.is_file() else ""
         yield (
             f"{trials:6d} trials (filled in {filled:.0f} s): {first.seconds:.1f} s, of which "
-            f"{first.busy:.1f} s of a processor; again {again.seconds:.1f} s with {same} bytes; "
-            f"{first.memory:.0f} MB at most; index.html {page:.1f} MB"
+            f"{first.busy:.1f} s of a processor; again {again.seconds:.1f} s, {again.busy:.1f} s "
+            f"of a processor, with {same} bytes; {first.memory:.0f} MB at most{html}"
         )
 
 
@@ -139,10 +146,12 @@ def main() -> None:
     parser.add_argument("--trials", type=int, nargs="+", default=[1000, 10_000])
     parser.add_argument("--source", type=Path, default=Path("data"))
     parser.add_argument("--store", type=Path, help="filled once and kept; a passing one by default")
+    parser.add_argument("--set", dest="settings", action="append", default=[], metavar="PATH=VALUE")
+    parser.add_argument("--forms", nargs="*", default=["html", "tables"], help="beside Markdown")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="gaitlab-report-") as folder:
         store = Store(asked.store or Path(folder) / "data")
-        for row in rows(asked.trials, Store(asked.source), store, Path(folder)):
+        for row in rows(asked, store, Path(folder)):
             print(row, flush=True)
 
 

@@ -290,7 +290,7 @@ class LoadedExperiment:
 
         results, folder = _store(store), None if output is None else Path(output)
         asked = [loaded.experiment for loaded in (self, *others)]
-        form = {"html": format == "html", "tables": tables, "force": force}
+        form: dict[str, Any] = {"html": format == "html", "tables": tables, "force": force}
         sweep = sweep_page(asked, self.settings, self.given_seeds)
         if sweep is not None:
             return write_reproduction(sweep, results, folder, **form)

@@ -206,11 +206,13 @@ def test_the_robot_and_servo_of_the_guide_are_what_is_walked(
 
 
 def affordable(words: list[str]) -> list[str]:
-    """A command of a page at the cost of a test: planned instead of run, painted small."""
+    """A command of a page at the cost of a test: planned only, painted small, opened nowhere."""
     if words[0] in ("run", "optimize"):
         return [*words, "--dry-run"]
     if words[0] == "replay":
         return [*words, "--fps", "5", "--to", "0.3", "-j", "0"]
+    if words[0] == "view":
+        return [*words, "--no-open"]
     return words
 
 

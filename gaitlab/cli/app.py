@@ -20,7 +20,7 @@ from gaitlab.cli.gate import baseline, check
 from gaitlab.cli.kinematics import NUMBERS, fk, ik
 from gaitlab.cli.optimizing import optimize
 from gaitlab.cli.printing import say, tell
-from gaitlab.cli.replaying import export, replay
+from gaitlab.cli.replaying import export, replay, view
 from gaitlab.cli.results import QueryCommand, merge, query, report, status, verify
 from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
@@ -40,6 +40,7 @@ WRITING = (
     "audit",
     "export",
     "replay",
+    "view",
     "baseline",
 )  # files outside the store
 
@@ -120,7 +121,8 @@ app.command(name="list", short_help="List robots, gaits, surfaces, servos, exper
 app.command(short_help="Begin an experiment, study, surface, servo or gait.")(new)
 app.command(short_help="See what a URDF holds, and draft a first walk.")(robot)
 app.command(short_help="Show the parameters behind a name, or a trial.")(show)
-app.command(short_help="Show a trial as a film.")(replay)
+app.command(short_help="Look at an experiment and its walks in the browser.")(view)
+app.command(short_help="Show a trial in 3-D or as a film.")(replay)
 app.command(short_help="Write a log or a robot for another tool.")(export)
 app.command(name="compare-log", short_help="Set a real robot's log beside its simulation.")(
     compare_log

@@ -9,21 +9,25 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 
 from rich.console import Console, Group
 from rich.live import Live
+from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Moving
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
 from gaitlab.cli.printing import MINUTE, duration, number, plural, tell, tell_at_once
 from gaitlab.documents.printable import visible
+from gaitlab.documents.steps import heard
 from gaitlab.running import Ended, Progress, Started, Summary
 
 WIDEST = 100  # characters; a longer bar says nothing more
 FRAMES_A_SECOND = 4
+SILENT = 5.0  # s, after which a step of a report is said where there is no bar
 SHOWN_RUNNING = 8  # trials that are named while they run
 
 
@@ -133,6 +137,34 @@ class Bar(Progress):
         remaining = _remaining(summary, time.monotonic() - self._updated)
         table.add_row(bar, f"{ended(summary)}/{_due(summary)}", remaining)
         return table
+
+
+@contextmanager
+def steps(clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
+    """Show what is done meanwhile: a moving bar on a terminal that is gone at the end, else lines.
+
+    Args:
+        clock: Gives the time, in [s]; the first step is said at once, the others where it has
+            been silent for a while.
+    """
+    console = moving_terminal()
+    if console is None:
+        said = -SILENT
+
+        def tell_step(text: str) -> None:
+            nonlocal said
+            if clock() - said >= SILENT:
+                said = clock()
+                tell(text)
+
+        with heard(tell_step):
+            yield
+        return
+    columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Moving(*columns, console=console, transient=True) as moving:
+        task = moving.add_task("", total=None)
+        with heard(lambda text: moving.update(task, description=visible(text))):
+            yield
 
 
 def trial_text(trial: Started) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,10 +12,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitlab.cli.common import MOST_JOBS, worker_count
-from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
+from gaitlab.cli.options import (
+    DEFAULT_STORE,
+    AllowCode,
+    Force,
+    Seeds,
+    Settings,
+    StoreFolder,
+    complete_experiments,
+    written_to,
+)
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
 from gaitlab.cli.trial_lookup import ADDRESS, complete_trials, trial_of
-from gaitlab.errors import UsageError
+from gaitlab.errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
     from gaitlab.render import Clip, Recorded
@@ -57,7 +68,8 @@ def replay(
             "--output",
             metavar="FILE",
             parser=written_to,
-            help="A .gif or .mp4 film, a .png strip or an .svg drawing; walk_TRIAL.gif by default.",
+            help="An .html page in 3-D, a .gif or .mp4 film, a .png strip or an .svg drawing; "
+            "walk_TRIAL.gif by default.",
         ),
     ] = None,
     fps: Annotated[float, typer.Option("--fps", metavar="N", help="Frames a second.")] = 25.0,
@@ -95,13 +107,14 @@ def replay(
     allow_code: AllowCode = False,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Show a trial as a film, drawn from its log: nothing is simulated again.
+    """Show a trial in 3-D or as a film, drawn from its log: nothing is simulated again.
 
-    Grass to height, the load on each foot, ZMP and support polygon, gait phase, clock and fall.
+    Grass to height, the load on each foot, ZMP and support polygon, gait phase, clock and fall; in
+    3-D also the joints as they were commanded. The .html needs a browser and no network.
 
     \b
     Example:
-      gaitlab replay eros_quick/grass_50mm/worst --output fall.mp4
+      gaitlab replay eros_quick/grass_50mm/worst --output fall.html
       gaitlab replay 4f7667a9 07175312 --view side --from 1 --to 3 --speed 0.25
     """
     from gaitlab.render import clip_of, play, write_replay
@@ -147,15 +160,103 @@ def _announce(path: Path, clip: Clip) -> None:
 
 def _recorded(results: Store, name: str, allow_code: bool) -> Recorded:
     from gaitlab.render import Recorded
+    from gaitlab.store.addresses import place_of
 
     trial = trial_of(results, results.record(name), allow_code=allow_code)
-    return Recorded(name, trial, results.log(name))
+    return Recorded(name, trial, results.log(name), place_of(results, name))
 
 
 def _alone(shown: list[Recorded]) -> Recorded:
     if len(shown) > 1:
         raise UsageError("--gui plays one trial; --output walk.gif or .mp4 shows two side by side")
     return shown[0]
+
+
+def view(
+    experiment: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[EXPERIMENT]",
+            help="A file, or the name of one in experiments/; by default the one that was planned "
+            "last into the store.",
+            autocompletion=complete_experiments,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            metavar="DIR",
+            parser=written_to,
+            help="Folder, reports/EXPERIMENT by default.",
+        ),
+    ] = None,
+    opened: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open the page in the browser.")
+    ] = True,
+    force: Force = False,
+    seeds: Seeds = None,
+    settings: Settings = None,
+    store: StoreFolder = DEFAULT_STORE,
+) -> int:
+    """Look at an experiment in the browser: its report, and walks of every cell in 3-D.
+
+    The report, index.html, leads to the worst and the median walk of each cell in replays.html
+    beside it. Both need no network, and can be sent to others.
+
+    \b
+    Example:
+      gaitlab view eros_quick
+      gaitlab view --no-open
+    """
+
+    from gaitlab.cli.progress import steps
+    from gaitlab.experiment import load_experiment
+    from gaitlab.report.view import write_view
+    from gaitlab.store import Store
+
+    if output is not None and output.exists() and not output.is_dir():
+        raise UsageError(f"--output {output}: a file is in the way; give a folder")
+    results = Store(store)
+    with other_output_on_stderr(), steps():
+        asked = load_experiment(experiment or _newest(results), settings or (), seeds)
+        written = write_view(asked, results, output, force=force)
+    walks = plural(len(written.links), "walk")
+    tell(f"{walks} in {written.walks}, {size(written.walks.stat().st_size)}")
+    say(str(written.page))
+    if opened:
+        _open(written.page)
+    return 0
+
+
+def _newest(results: Store) -> str:
+    """The experiment that was planned last into a store.
+
+    Raises:
+        UnknownName: If there is none.
+        UsageError: If options of the command line made it, which its name does not tell.
+    """
+    name = results.newest()
+    if name is None:
+        raise UnknownName(f"{results.path}: no experiment was run on this store; run one first")
+    file, form, _ = name.partition("+")
+    if form:
+        raise UsageError(
+            f"{results.path}: the newest results are {name}, a form of {file}; name the "
+            f"experiment, and the options that it was run with: `gaitlab view {file} --set ...`"
+        )
+    return name
+
+
+def _open(page: Path) -> None:
+    """Show a page in the user's browser; a browser in the terminal would not draw it."""
+    import webbrowser
+
+    screen = any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")))
+    if (sys.platform.startswith("linux") and not screen) or not webbrowser.open(
+        page.absolute().as_uri()
+    ):
+        tell("no browser was found here; open the file above in one, on any machine")
 
 
 class FormatName(str, Enum):

@@ -124,6 +124,7 @@ def report(
     """
     from gaitlab import load
     from gaitlab.cli.common import refuse_quick
+    from gaitlab.cli.progress import steps
     from gaitlab.experiment import is_reproduction
 
     if output is not None and output.exists() and not output.is_dir():
@@ -134,7 +135,7 @@ def report(
         from gaitlab.store import Store
 
         name, html = only_one(experiments), form is Form.html
-        with other_output_on_stderr():
+        with other_output_on_stderr(), steps():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
             page = write_reproduction(
                 whole, Store(store), output, html=html, tables=tables, force=force
@@ -142,7 +143,7 @@ def report(
         say(str(page))
         return 0
     refuse_quick(experiments[0], quick)
-    with other_output_on_stderr():
+    with other_output_on_stderr(), steps():
         first, *others = [load(name, settings, seeds) for name in experiments]
         page = first.report(
             *others,

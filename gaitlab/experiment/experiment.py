@@ -30,7 +30,7 @@ LONGEST_FORM = 50  # characters that tell of options
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")  # it becomes a folder of the store
 PROPOSED = Path("candidate")  # what the values of a candidate stand in, for a message
 USUAL = "foot_travel"  # reading of a file that names none, as digests have always called it
-DRAWN = ("metrics", "maps")  # keys of the report that choose figures; no number depends on them
+DRAWN = ("metrics", "maps", "label")  # keys of the report that no number depends on
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,6 +21,7 @@ class ReportSettings:
     """How the results are laid out."""
 
     title: str = parameter("", unit="-", doc="heading of the report")
+    label: str = parameter("", unit="-", doc="what its rows are called beside other experiments")
     rows: str = parameter("", unit="-", doc="dotted path whose values are the rows")
     columns: str = parameter("surface", unit="-", doc="dotted path whose values are the columns")
     variants: tuple[str, ...] = parameter(

@@ -7,20 +7,21 @@ References:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from pathlib import Path
 from textwrap import fill
-from typing import Any
-
-import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure
-from matplotlib.text import Text
+from typing import TYPE_CHECKING, Any
 
 from gaitlab.documents.printable import visible
+from gaitlab.documents.steps import step
+
+if TYPE_CHECKING:  # loaded when something is drawn: a page whose figures are there needs none
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
 
 # [Okabe2008], ordered so that neighbours also differ in lightness when printed in grey.
 BLACK, BLUE, VERMILLION, SKY = "#000000", "#0072B2", "#D55E00", "#56B4E9"
@@ -34,7 +35,7 @@ TEXT_WIDTH = 8.0  # in, the width of a page of a code-hosting site at SCREEN_DPI
 SCREEN_DPI = 150  # 1/in, sharp on a screen of double density
 
 # Lightness falls evenly from none to all, so the order survives a grey printer.
-SHARE = LinearSegmentedColormap.from_list("share", ["#EFF4F8", "#BFD9EC", "#5E9FCC", "#08467A"])
+SHARES = ("#EFF4F8", "#BFD9EC", "#5E9FCC", "#08467A")
 
 _RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
     "font.family": "DejaVu Sans",  # ships with matplotlib: the same letters on every machine
@@ -72,20 +73,44 @@ def vector_figures(wanted: bool = True) -> Iterator[None]:
         _VECTOR.reset(token)
 
 
+def suffixes() -> tuple[str, ...]:
+    """Endings of the files that `save` writes."""
+    return (".png", ".svg") if _VECTOR.get() else (".png",)
+
+
 def wrapped(text: str, width: int) -> str:
     """A title on as many lines as it needs, at most three; a number keeps its unit."""
     return fill(text.replace(" mm", "\N{NO-BREAK SPACE}mm"), width, max_lines=3, placeholder=" …")
 
 
+def surface_text(name: str) -> str:
+    """A surface as a reader calls it: `grass_50mm` becomes `grass 50 mm`."""
+    stem = name.rpartition("/")[2].removesuffix(".yaml")
+    return re.sub(r"(?<!\S)(\d+)mm(?!\S)", r"\1 mm", " ".join(stem.replace("_", " ").split()))
+
+
+@cache
+def share_colours() -> Colormap:
+    """The colours of shares from 0 to 1."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("share", SHARES)
+
+
 @contextmanager
 def style() -> Iterator[None]:
     """Settings that hold while a figure is made and saved."""
+    import matplotlib as mpl
+
     with mpl.rc_context(_RC):
         yield
 
 
 def new_figure(width: float = TEXT_WIDTH, height: float = 3.0) -> Figure:
     """An empty figure of a size in inches, independent of any display."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -96,7 +121,9 @@ def _lay_out(figure: Figure) -> None:
 
     The solver's last digits differ from run to run and would be hashed into names in the SVG.
     """
-    figure.draw_without_rendering()
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
     figure.set_layout_engine(None)  # "none" would have every format drawn once more for nothing
     for axes in figure.axes:
         x, y, width, height = (round(v, 6) for v in axes.get_position(original=True).bounds)
@@ -105,8 +132,13 @@ def _lay_out(figure: Figure) -> None:
 
 def _show_whatever_is_written(figure: Figure) -> None:
     """Write out control characters, of which no font has a picture and no SVG may hold one."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import FixedFormatter
+
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
+            if not isinstance(axis.get_major_formatter(), FixedFormatter):
+                continue  # numbers
             texts = [label.get_text() for label in axis.get_ticklabels()]
             if any(text != visible(text) for text in texts):
                 axis.set_ticks(axis.get_ticklocs(), list(map(visible, texts)))
@@ -117,12 +149,13 @@ def _show_whatever_is_written(figure: Figure) -> None:
 
 def save(figure: Figure, folder: Path, name: str) -> Path:
     """Write `name`.png, and `name`.svg within `vector_figures`; the same figure, the same bytes."""
+    step(f"drawing {name}")
     png = folder / f"{name}.png"
     with style():
         _show_whatever_is_written(figure)
         _lay_out(figure)
         figure.savefig(png, dpi=SCREEN_DPI, metadata={"Software": None})
-        if _VECTOR.get():
+        if ".svg" in suffixes():
             svg = png.with_suffix(".svg")
             figure.savefig(svg, metadata={"Date": None, "Creator": None})
     return png

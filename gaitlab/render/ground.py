@@ -79,11 +79,7 @@ def grown(surface: Surface, patch: Patch, densest: float) -> Lawn:
     n = len(roots)
     height = surface.height * generator.uniform(0.82, 1.06, n)
     angle, amount = generator.uniform(-np.pi, np.pi, n), generator.uniform(0.05, 0.35, n)
-    nap = np.zeros(2)
-    if isinstance(surface, TuftedPile | FibreMat):
-        direction = surface.nap_direction
-        nap = 2.0 * surface.nap * np.array([np.cos(direction), np.sin(direction)])
-    leans = amount[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + nap
+    leans = amount[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + nap_of(surface)
     lean = leans * height[:, None]
     shade = generator.uniform(0.0, 1.0, n) ** 1.5
     return Lawn(
@@ -97,15 +93,29 @@ def grown(surface: Surface, patch: Patch, densest: float) -> Lawn:
     )
 
 
+def pile_of(surface: Surface) -> tuple[float, float]:
+    """Blades on a square metre and the width of one in [m], both 0 where nothing stands up."""
+    if isinstance(surface, TuftedPile):
+        return BLADES_A_TUFT / surface.spacing**2, surface.blade_width
+    if isinstance(surface, FibreMat):
+        return 1.0 / (0.75 * surface.height) ** 2, 0.3 * surface.height
+    return 0.0, 0.0
+
+
+def nap_of(surface: Surface) -> np.ndarray:
+    """Horizontal offset of the tips over the height of a blade, common to all. Shape (2,)."""
+    if not isinstance(surface, TuftedPile | FibreMat):
+        return np.zeros(2)
+    direction = surface.nap_direction
+    return 2.0 * surface.nap * np.array([np.cos(direction), np.sin(direction)])
+
+
 def _roots(
     surface: Surface, patch: Patch, densest: float, generator: np.random.Generator
 ) -> tuple[np.ndarray, float]:
     """Feet of the blades and the width to draw them, thinned to what the eye resolves."""
-    if isinstance(surface, TuftedPile):
-        density, width = BLADES_A_TUFT / surface.spacing**2, surface.blade_width
-    elif isinstance(surface, FibreMat):
-        density, width = 1.0 / (0.75 * surface.height) ** 2, 0.3 * surface.height
-    else:
+    density, width = pile_of(surface)
+    if not density:
         return np.empty((0, 2)), 0.0
     thinner = max(1.0, density / densest)
     step = np.sqrt(thinner / density)

@@ -1,4 +1,4 @@
-"""A trial shown from its log, as a film, a strip or a drawing or in a window.
+"""A trial shown from its log: in 3-D, as a film, a strip or a drawing, or in a window.
 
 Nothing is simulated again.
 """
@@ -23,23 +23,31 @@ from gaitlab.log import TrialLog
 from gaitlab.render.camera import View
 from gaitlab.render.clip import Clip, frames, require_encoder, write_gif, write_mp4
 from gaitlab.render.painter import Painter, Style
+from gaitlab.render.replay_page import Replay, three_js, write_replay_page
 from gaitlab.render.scene import Recorded, joints_of, scene_of, ticks_at
 from gaitlab.render.stills import filmstrip, still_figure
 
-STARTS = {".gif": b"GIF8", ".mp4": b"\0\0\0", ".png": b"\x89PNG", ".svg": b"<?xml"}
+STARTS = {
+    ".gif": b"GIF8",
+    ".mp4": b"\0\0\0",
+    ".png": b"\x89PNG",
+    ".svg": b"<?xml",
+    ".html": b"<!DOCTYPE html>",
+}
 FILMS = (".gif", ".mp4")
 SIZES = {  # pixels; of a strip's panel
     ".gif": (480, 360),
     ".mp4": (1280, 720),
     ".png": (360, 420),
     ".svg": (750, 780),
+    ".html": (1280, 800),  # it fits every window
 }
 BESIDE = SIZES | {".gif": (640, 360)}  # of two trials
 SMALLEST, LARGEST = 160, 3840  # pixels
 SAMPLES = 3  # pictures that decide on the colours of a GIF
 RATE = 60.0  # pictures a second
 PAUSE = 1.0  # s between the end and the next beginning
-WITHOUT = "--output walk.gif, walk.mp4, strip.png and frame.svg work without a screen"
+WITHOUT = "--output fall.html, walk.gif, walk.mp4, strip.png and frame.svg need no screen"
 
 
 class NoScreen(GaitlabError):
@@ -79,7 +87,8 @@ def write_replay(
 
     Args:
         shown: One or two trials.
-        path: A `.gif` or `.mp4` film, a `.png` strip, or one `.svg` drawing of the last instant.
+        path: An `.html` page in 3-D, a `.gif` or `.mp4` film, a `.png` strip, or one `.svg` drawing
+            of the last instant.
         clip: Which instants.
         view: Where to look from.
         size: Width and height in pixels, of a panel for a strip; by default that of the kind.
@@ -91,6 +100,7 @@ def write_replay(
         UsageError: If path or size are not allowed, two trials are asked of a drawing, or a file is
             there that gaitlab did not write.
         NoEncoder: If an MP4 is asked for and there is no ffmpeg.
+        NoViewer: If a page is asked for and the installed trimesh ships no three.js.
         StoreError: If the file cannot be written.
     """
     kind = checked_kind(path)
@@ -98,7 +108,10 @@ def write_replay(
     width, height = checked_size(size or (BESIDE if len(shown) > 1 else SIZES)[kind])
     style = Style(view=view, width=width, height=height, span=(clip.begin, clip.end))
     pictures, duration = 1, 0.0
-    if kind in FILMS:
+    if kind == ".html":
+        pictures = write_replay_page([Replay(trial, clip) for trial in shown], path, view=view)
+        duration = (clip.end - clip.begin) / clip.speed
+    elif kind in FILMS:
         _write_film(shown, path, clip, style, jobs)
         pictures, duration = len(clip.instants), clip.duration
     elif kind == ".png":
@@ -118,16 +131,20 @@ def checked_kind(path: Path) -> str:
 
     Raises:
         UsageError: If it is none that a replay writes.
+        NoEncoder: If it is an MP4 and there is no ffmpeg.
+        NoViewer: If it is a page and the installed trimesh ships no three.js.
     """
     kind = path.suffix.lower()
     if kind not in SIZES or path.is_dir():
         found = f"found {kind!r}" if kind else "found no ending"
         raise UsageError(
             f"--output {path}: {'a folder' if path.is_dir() else found}; allowed is a file ending "
-            "in .gif or .mp4 (a film), .png (a strip of instants) or .svg (one drawing)"
+            "in .html (3-D), .gif or .mp4 (a film), .png (a strip of instants) or .svg (a drawing)"
         )
     if kind == ".mp4":
         require_encoder()
+    elif kind == ".html":
+        three_js()
     return kind
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -19,6 +18,7 @@ from gaitlab.metrics.stability import fall_cause
 from gaitlab.model import Link, LinkPoses, Tree
 from gaitlab.model.stance import PITCHES
 from gaitlab.model.tree import unit_axis
+from gaitlab.render.figure_style import surface_text
 from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.surface import Surface
 
@@ -30,8 +30,9 @@ AMBIENT = 0.62  # brightness of a face that the lamp does not reach
 DISC_CORNERS = 24
 _CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))  # of a cube of edge 1
 _CUBE = _CORNERS[  # its faces, a pair for each axis; shape (6, 4, 3)
-    [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 ]
+_OUTWARD = 2.0 * _CUBE.mean(axis=1)  # their normals
 CALM = 0.35  # s, over which the camera follows; about half a gait cycle hides the sway
 
 
@@ -45,6 +46,30 @@ class Faces(NamedTuple):
 
     corners: np.ndarray
     colours: np.ndarray
+
+
+class LinkShape(NamedTuple):
+    """A part of a link: polygons with equally many corners, in the frame of the link.
+
+    Attributes:
+        corners: In [m]; counter-clockwise as seen from outside. Shape (n, corners, 3).
+        normals: Outward, of unit length. Shape (n, 3).
+        colour: In full light.
+    """
+
+    corners: np.ndarray
+    normals: np.ndarray
+    colour: str
+
+    def at(self, origin: np.ndarray, rotation: np.ndarray) -> Faces:
+        """The part in the world, lit by the lamp.
+
+        Args:
+            origin: Of the link's frame, in [m]. Shape (3,).
+            rotation: Of the link in the world frame. Shape (3, 3).
+        """
+        corners = origin + self.corners @ rotation.T
+        return Faces(corners, lit(self.colour, self.normals @ rotation.T))
 
 
 class SolePose(NamedTuple):
@@ -68,11 +93,13 @@ class Recorded(NamedTuple):
         trial_id: What the store calls it.
         trial: The trial.
         log: Its log.
+        cell: Where it stands in its experiment; empty where it stands in none.
     """
 
     trial_id: str
     trial: Trial
     log: TrialLog
+    cell: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,7 +172,7 @@ def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
 
     Before the log its first row shows, after it the last one.
     """
-    _, trial, log = shown
+    trial, log = shown.trial, shown.log
     tree, feet, sole = trial.robot.tree, trial.robot.feet, trial.robot.sole
     clock, ticks = log["time"] - log.header.startup_time, ticks_at(log, instants)
     poses = link_poses(tree, log, ticks)
@@ -221,9 +248,9 @@ def robot_faces(tree: Tree, feet: tuple[str, str], poses: LinkPoses, frame: int 
     """
     placed = zip(tree.links, poses.position[frame], poses.rotation[frame], strict=True)
     return [
-        face
+        shape.at(origin, rotation)
         for link, origin, rotation in placed
-        for face in _link_faces(link, origin, rotation, link_colour(link, feet))
+        for shape in link_shapes(link, feet)
     ]
 
 
@@ -243,44 +270,27 @@ def _pitches(link: Link) -> bool:
     return link.joint is not None and abs(unit_axis(link.joint.axis)[1]) > PITCHES
 
 
-def _link_faces(
-    link: Link, origin: np.ndarray, rotation: np.ndarray, colour: str
-) -> Iterator[Faces]:
+def link_shapes(link: Link, feet: tuple[str, str]) -> Iterator[LinkShape]:
     """The box of a link; with two eyes on the head, with a servo horn on each side of a pitch."""
     length, width, height = link.box.size
-    centre = origin + rotation @ np.array(link.box.centre)
-    yield box_faces(link.box.size, centre, rotation, colour)
+    centre = np.array(link.box.centre)
+    yield LinkShape(centre + _CUBE * np.array(link.box.size), _OUTWARD, link_colour(link, feet))
     for side in (-1.0, 1.0):
         if link.name == "head":
-            eye = np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
-            yield _disc(centre + rotation @ eye, rotation[:, 0], 0.1 * width, DARK)
+            eye = centre + np.array([0.5 * length + 0.001, side * 0.22 * width, 0.12 * height])
+            yield _disc(eye, np.array([1.0, 0.0, 0.0]), 0.1 * width, DARK)
         elif _pitches(link):
             reach = side * (0.5 * width + 0.001) + link.box.centre[1]
-            yield _disc(origin + reach * rotation[:, 1], side * rotation[:, 1], HORN, ORANGE)
+            horn = np.array([0.0, reach, 0.0])
+            yield _disc(horn, np.array([0.0, side, 0.0]), HORN, ORANGE)
 
 
-def box_faces(
-    size: Sequence[float], centre: np.ndarray, rotation: np.ndarray, colour: str
-) -> Faces:
-    """The six faces of a box, lit by the lamp.
-
-    Args:
-        size: Edge lengths, in [m].
-        centre: In the world frame, in [m]. Shape (3,).
-        rotation: Of the box in the world frame. Shape (3, 3).
-        colour: Of a face in full light.
-    """
-    corners = centre + (_CUBE * np.asarray(size)) @ rotation.T
-    return Faces(corners, lit(colour, 2.0 * _CUBE.mean(axis=1) @ rotation.T))
-
-
-def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Faces:
-    """A disc about a point, all in the world frame, in [m]."""
+def _disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> LinkShape:
+    """A disc about a point, both in the frame of the link, in [m]."""
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u /= np.linalg.norm(u)
     angle = np.linspace(0.0, 2.0 * np.pi, DISC_CORNERS, endpoint=False)[:, None]
     ring = centre + radius * (np.cos(angle) * u + np.sin(angle) * np.cross(normal, u))
-    return Faces(ring[None], lit(colour, normal[None]))
+    return LinkShape(ring[None], normal[None], colour)
 
 
 def lit(colour: str, normals: np.ndarray) -> np.ndarray:
@@ -310,9 +320,3 @@ def _zmp(log: TrialLog, ticks: np.ndarray, soles: np.ndarray, contact: np.ndarra
     height = soles[..., 2].mean(axis=2)
     loaded = np.where(contact, height, 0.0).sum(axis=1) / np.maximum(contact.sum(axis=1), 1)
     return np.column_stack([log.vector("zmp_", "xy")[ticks], loaded])
-
-
-def surface_text(name: str) -> str:
-    """A surface as a reader calls it: `grass_50mm` becomes `grass 50 mm`."""
-    stem = name.rpartition("/")[2].removesuffix(".yaml")
-    return re.sub(r"(?<!\S)(\d+)mm(?!\S)", r"\1 mm", " ".join(stem.replace("_", " ").split()))

@@ -6,10 +6,11 @@ is in `gaitlab.papers`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+from gaitlab.documents.steps import step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.report.forms import REPORTS, publish
@@ -29,6 +30,7 @@ def write_report(
     html: bool = False,
     tables: bool = False,
     force: bool = False,
+    replays: Mapping[str, str] | None = None,
 ) -> Path:
     """Write the report of one or several experiments; the same store gives the same bytes.
 
@@ -39,6 +41,8 @@ def write_report(
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
         force: Also write into a folder that holds files of somebody else.
+        replays: Link to the replay of a trial by its id, relative to the page in HTML; by default
+            to those that lie beside it, `replays/ID.html`.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -52,7 +56,17 @@ def write_report(
         raise UsageError("a report needs at least one experiment; `gaitlab list experiments`")
     for experiment in experiments:
         store.require_one_file(experiment)
+    step(f"reading the trials of {' and '.join(e.listed_as for e in experiments)}")
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
-    write = partial(write_page, results, sources(experiments, store, results))
-    return publish(folder, write, html=html, tables=tables, force=force, results=results)
+    where = sources(experiments, store, results)
+    return publish(
+        folder,
+        partial(write_page, results, where),
+        html=html,
+        tables=tables,
+        force=force,
+        results=results,
+        replays=replays,
+        options=where.options,
+    )

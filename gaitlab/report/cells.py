@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import isnan, nan
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from gaitlab.report.scores import (
     mean_percent,
     surface_percent,
 )
-from gaitlab.report.variants import Value, Variant, value_text
+from gaitlab.report.variants import Value, Variant
 from gaitlab.report.words import (
     DOES_NOT_STAND,
     NOTHING,
@@ -30,9 +30,11 @@ from gaitlab.report.words import (
     percent,
     plural,
     share,
+    with_unit,
 )
 from gaitlab.statistics import efficiency, stability_percent, wilson
 
+CELLS = "Cell by cell"  # title of the section with the tables of cells
 DO_NOT_STAND = (DOES_NOT_STAND, "do not stand")  # of one cell, of several
 MOST_DIFFERENCES = 3  # rows of the first table; more are on the second page
 SCORES: tuple[tuple[Score, str], ...] = (("stable", ""), ("stable_strict", ", strict"))
@@ -271,6 +273,21 @@ def cell_tables(results: Results) -> str:
     return "\n\n".join(blocks)
 
 
+def cells_in_order(results: Results) -> Iterator[tuple[Variant, Value, Value]]:
+    """Variant, row and column of every cell of the tables, as they are read."""
+    for variant in results.variants:
+        for _, rows in _by_direction(results):
+            for row in _planned(results, variant, rows):
+                for column in results.column_values:
+                    yield variant, row, column
+
+
+def _planned(results: Results, variant: Variant, rows: Sequence[Value]) -> list[Value]:
+    """The rows in which a variant has any cell."""
+    columns = results.column_values
+    return [r for r in rows if any(results.cell(variant, r, c).planned for c in columns)]
+
+
 def _by_direction(results: Results) -> list[tuple[str, list[Value]]]:
     if results.rows != STEP:
         return [("", list(results.row_values))]
@@ -283,9 +300,7 @@ def _by_direction(results: Results) -> list[tuple[str, list[Value]]]:
 def _direction_block(
     results: Results, variant: Variant, direction: str, rows: Sequence[Value]
 ) -> list[str]:
-    planned = [
-        r for r in rows if any(results.cell(variant, r, c).planned for c in results.column_values)
-    ]
+    planned = _planned(results, variant, rows)
     if not planned:
         return []
     label = escape(variant.label) if len(results.variants) > 1 else ""
@@ -293,7 +308,7 @@ def _direction_block(
     body = []
     for row in planned:
         cells = [_marked(results, variant, row, column) for column in results.column_values]
-        body.append([row_text(results, row), *cells])
+        body.append([escape(row_title(results, row)), *cells])
     column_titles = [escape(column_text(results, value)) for value in results.column_values]
     grid = table([_row_title(results), *column_titles], body, "r")
     heading = [f"### {title}"] if title else []
@@ -312,13 +327,13 @@ def reference_of(results: Results) -> ReferenceTable | None:
     return next((table for table in tables if table.content.rows == results.rows), None)
 
 
-def row_text(results: Results, row: Value) -> str:
+def row_title(results: Results, row: Value) -> str:
     """Title of a row: the printed number and the value it stands for, or the value."""
-    reference, unit = reference_of(results), " m" if results.rows == STEP else ""
+    reference, value = reference_of(results), with_unit(results, results.rows, row)
     if reference is None:
-        return escape(value_text(row)) + unit
+        return value
     printed = abs(reference.printed(float(row), results.reading))
-    return f"{printed:.4g} ({float(row):.3g}{unit})"
+    return f"{printed:.4g} ({value})"
 
 
 def _marked(results: Results, variant: Variant, row: Value, column: Value) -> str:

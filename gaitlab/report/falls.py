@@ -95,10 +95,15 @@ def _first_line(reason: object) -> str:
     return lines[0][:200] if lines else "no reason recorded"
 
 
+def measures_of(results: Results) -> list[str]:
+    """Metrics that a page shows: those that its experiments ask for, then the usual ones."""
+    asked = dict.fromkeys((*results.metrics, *SHOWN_METRICS))
+    return [name for name in asked if name in results.trials.columns]
+
+
 def metrics_table(results: Results) -> str:
     """Median and quartiles of the other metrics, one column a variant, falls included."""
-    asked = dict.fromkeys((*results.metrics, *SHOWN_METRICS))
-    names = [name for name in asked if name in results.trials.columns]
+    names = measures_of(results)
     if results.done.empty or not names:
         return ""
     rows = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -53,8 +54,11 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
     paths = _told_apart(trials, paths, [rows, columns])
     if EXPERIMENT not in paths:
         trials = trials.drop_duplicates(["trial_id", "surface"], ignore_index=True)
-    variants, labels = find_variants(trials, paths)
-    trials = trials.assign(variant=labels)
+    units = _units(experiments)
+    variants, labels = find_variants(trials, paths, units)
+    own = _own_labels(experiments, trials.assign(variant=labels))
+    variants = [replace(v, label=own.get(v.label, v.label)) for v in variants]
+    trials = trials.assign(variant=[own.get(label, label) for label in labels])
     usual = (next(iter(table.readings)) for table in _references(first))
     reading = first.report.distance_reading or next(usual, "")
     return Results(
@@ -64,7 +68,7 @@ def gather(experiments: Sequence[Experiment], store: Store) -> Results:
         columns=columns,
         variants=tuple(_compared(experiments, trials, variants)),
         reading=reading,
-        units=_units(experiments),
+        units=units,
         metrics=tuple(dict.fromkeys(name for e in experiments for name in e.report.metrics)),
         maps=tuple(dict.fromkeys(pair for e in experiments for pair in e.report.maps)),
         trials=trials,
@@ -100,7 +104,12 @@ def _known(code: Mapping[str, Any], known: Mapping[str, Plugin]) -> Mapping[str,
 
 def _units(experiments: Sequence[Experiment]) -> dict[str, str]:
     """SI unit of everything that is varied; names, files and ratios have none."""
-    varied = {path: e.parts for e in experiments for path in e.varied if "." in path}
+    varied = {
+        path: e.parts
+        for e in experiments
+        for path in (*e.varied, e.report.rows, e.report.columns)
+        if "." in path
+    }
     units = {path: parts.parameter(path).unit for path, parts in varied.items()}
     return {path: "-" if unit == "file" else unit for path, unit in units.items()}
 
@@ -115,6 +124,25 @@ def _told_apart(trials: pd.DataFrame, paths: list[str], fixed: Sequence[str]) ->
     between = once.groupby(place, dropna=False, sort=False)
     alike = (between[EXPERIMENT].nunique() > 1) & (between["trial_id"].nunique() > 1)
     return [EXPERIMENT, *paths] if alike.any() else paths
+
+
+def _own_labels(experiments: Sequence[Experiment], trials: pd.DataFrame) -> dict[str, str]:
+    """Labels that experiments give their variants, by those that they have of themselves.
+
+    An experiment with several variants puts its label before theirs. A variant that several
+    experiments walk keeps its own, and so do all where two would be called the same.
+    """
+    given = {e.name: e.report.label for e in experiments if e.report.label}
+    walkers = {str(label): set(part["experiment"]) for label, part in trials.groupby("variant")}
+    alone = {label: names.pop() for label, names in walkers.items() if len(names) == 1}
+    count = Counter(alone.values())
+    own = {
+        label: given[name] if count[name] == 1 else f"{given[name]}: {label}"
+        for label, name in alone.items()
+        if name in given
+    }
+    shown = [own.get(label, label) for label in walkers]
+    return own if len(set(shown)) == len(shown) else {}
 
 
 def _require_own_names(experiments: Sequence[Experiment]) -> None:

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from math import ceil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from gaitlab.render.figure_style import (
     DARK,
     FAINT,
     INK,
     PAPER,
-    SHARE,
     new_figure,
-    save,
+    share_colours,
     style,
     wrapped,
 )
+from gaitlab.render.kept_figures import draw
 from gaitlab.report.cells import reference_verdicts
 from gaitlab.report.markdown import escape, image, section
 from gaitlab.report.results import ONE_ROW, Results
@@ -31,6 +30,12 @@ from gaitlab.report.scores import ScoredCell, truth
 from gaitlab.report.variants import Value, Variant, value_text
 from gaitlab.report.words import axis_text, column_text, letter, path_text, plural, surface_text
 
+SHARES = "stable_share"  # name of the picture of the cells
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ON_DARK, ON_LIGHT = "#FFFFF0", "#141C2C"  # letters on a coloured square
 LOW, HIGH = 0.22, 0.36  # in, height of a row with one line of text and with two
 ROOMY = 24  # rows; of more each is lower
 NARROW = 9  # columns of a page; beyond them the text shrinks
@@ -137,6 +142,8 @@ def _draw(axis: Axes, grid: Grid, across: int) -> None:
 
 
 def _draw_square(axis: Axes, x: int, y: int, square: Square, crowd: float) -> None:
+    from matplotlib.patches import Rectangle
+
     known = square.known
     share = square.count / square.n if known else 0.0
     axis.add_patch(
@@ -144,13 +151,14 @@ def _draw_square(axis: Axes, x: int, y: int, square: Square, crowd: float) -> No
             (x - 0.5, y - 0.5),
             1.0,
             1.0,
-            facecolor=SHARE(share) if known else PAPER,
+            facecolor=share_colours()(share) if known else PAPER,
             edgecolor=PAPER if known else FAINT,
             hatch=None if known else "////",
             linewidth=1.5,
         )
     )
-    ink = PAPER if known and share > DARK else INK
+    # Not quite a grey: on a dark page the square keeps its colour, and so do its letters.
+    ink = (ON_DARK if share > DARK else ON_LIGHT) if known else INK
     shift = -0.12 if square.note else 0.0
     first = axis.text(x, y + shift, square.text, ha="center", va="center", fontsize=8.5 / crowd)
     first.set_color(ink)
@@ -169,11 +177,11 @@ def cells_map(results: Results, folder: Path) -> str:
     grids = [_grid_of(results, v, printed) for v in results.variants[:MOST_PANELS]]
     rows = "" if results.rows == ONE_ROW else axis_text(results, results.rows)
     columns = "" if results.columns == "surface" else axis_text(results, results.columns)
-    save(share_map(grids, rows, columns), folder, "stable_share")
+    draw(folder, SHARES, (grids, rows, columns), lambda: share_map(grids, rows, columns))
     alt = f"Stable seeds of each cell, one panel a variant, for {results.title}"
     rest = len(results.variants) - MOST_PANELS
     note = f"{plural(rest, 'further variant')} not drawn; the tables have them." if rest > 0 else ""
-    return "\n\n".join(part for part in (image(alt, "stable_share.png"), note) if part)
+    return "\n\n".join(part for part in (image(alt, f"{SHARES}.png"), note) if part)
 
 
 def _grid_of(
@@ -229,7 +237,8 @@ def pair_maps(results: Results, folder: Path) -> str:
         name = f"map_{k}"
         grid = _pooled(results, rows, columns)
         label = "" if columns == "surface" else axis_text(results, columns)
-        save(share_map([grid], axis_text(results, rows), label), folder, name)
+        shown = ([grid], axis_text(results, rows), label)
+        draw(folder, name, shown, partial(share_map, *shown))
         alt = f"Stable runs over {path_text(rows)} and {path_text(columns)}"
         others = [path for path in varied_paths(results) if path not in (rows, columns)]
         pooled = ", ".join(escape(path_text(path)) for path in others)

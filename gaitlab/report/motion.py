@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from gaitlab.render import Recorded
-from gaitlab.render.figure_style import save
-from gaitlab.render.stills import still_figure
+from gaitlab.log import TrialLog
+from gaitlab.render.kept_figures import draw
 from gaitlab.report.falls import fallen
 from gaitlab.report.figures.balance import OUTSIDE, WalkPanel, balance_figure
 from gaitlab.report.figures.foot_paths import CYCLES, foot_figure
-from gaitlab.report.figures.joint_loads import joint_figure
+from gaitlab.report.figures.joint_loads import joint_figure, most_loaded, shown_rows
 from gaitlab.report.markdown import escape, image
 from gaitlab.report.representative import RepresentativeTrial, representative_cell, walks_of
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Value
 from gaitlab.report.words import place_text, surface_text
+from gaitlab.simulation.trial import Trial
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FRAMES = 5
 BEFORE = 1.0  # s, first frame before the fall is established; most falls take less
@@ -60,7 +65,8 @@ def _balance(results: Results, walks: Sequence[RepresentativeTrial], folder: Pat
         WalkPanel(walk=walk, others=[results.log(name) for name in walk.others[:LINES]])
         for walk in walks
     ]
-    save(balance_figure(columns), folder, "balance")
+    shown = [(_shown(column.walk), column.others) for column in columns]
+    draw(folder, "balance", shown, lambda: balance_figure(columns))
     picture = image("Trunk pitch and roll, ZMP and loaded feet against time", "balance.png")
     return f"{picture}\n\n{BALANCE}"
 
@@ -74,7 +80,7 @@ commands, the bars at the foot of the picture are the soles that carry load."""
 
 
 def _feet(walks: Sequence[RepresentativeTrial], folder: Path) -> str:
-    save(foot_figure(walks), folder, "feet")
+    draw(folder, "feet", list(map(_shown, walks)), lambda: foot_figure(walks))
     picture = image("Paths of heel, toe and ankle over the ground", "feet.png")
     sunk = any(walk.log.header.pile_height > 0.0 for walk in walks)
     depth = " What is drawn below the top of the pile has sunk into it." if sunk else ""
@@ -86,10 +92,9 @@ def _feet(walks: Sequence[RepresentativeTrial], folder: Path) -> str:
 
 def _joints(walks: Sequence[RepresentativeTrial], folder: Path) -> str:
     walk = max(walks, key=lambda walk: walk.falls)
-    figure = joint_figure(walk)
-    if figure is None:
+    if not most_loaded(walk, shown_rows(walk.log)):
         return ""
-    save(figure, folder, "joints")
+    draw(folder, "joints", _shown(walk), partial(joint_figure, walk))
     picture = image("Position, velocity and torque of the most loaded joints", "joints.png")
     who = f"*{escape(walk.label)}*, seed {walk.seed}" if walk.label else f"seed {walk.seed}"
     return (
@@ -99,13 +104,27 @@ def _joints(walks: Sequence[RepresentativeTrial], folder: Path) -> str:
     )
 
 
+def _shown(walk: RepresentativeTrial) -> tuple[object, ...]:
+    """What a figure of a walk shows of it; its trial by the id, which stands for all of it."""
+    return (walk.title, walk.trial.id, walk.log, walk.amplitude)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
     """One trial of the strip."""
 
     label: str
     seed: int
-    shown: Recorded
+    name: str
+    trial: Trial
+    log: TrialLog
+
+    def figure(self, times: np.ndarray) -> Figure:
+        """Instants of it, in [s] since walking at full amplitude began."""
+        from gaitlab.render.scene import Recorded
+        from gaitlab.render.stills import still_figure
+
+        return still_figure(Recorded(self.name, self.trial, self.log), times)
 
 
 def strip_blocks(results: Results, folder: Path) -> list[str]:
@@ -113,13 +132,13 @@ def strip_blocks(results: Results, folder: Path) -> list[str]:
     shots = _shots(results)
     if not shots:
         return []
-    log = shots[0].shown.log
+    log = shots[0].log
     end = log["time"][-1 if log.fall_index is None else log.fall_index]
     times = np.linspace(max(end - BEFORE, log["time"][0]), end, FRAMES) - log.header.startup_time
     blocks = []
     for name, shot in zip(("fall", "same_seed"), shots, strict=False):
-        figure = still_figure(shot.shown, times)
-        save(figure, folder, name)
+        shown = (shot.name, shot.trial.id, shot.log, times)
+        draw(folder, name, shown, partial(shot.figure, times))
         blocks.append(image(f"{shot.label}, seed {shot.seed}, frame by frame", f"{name}.png"))
     return [*blocks, _caption(shots)]
 
@@ -149,12 +168,17 @@ def _height(results: Results, falls: pd.DataFrame, surface: str) -> float:
 
 def _shot(results: Results, row: pd.Series) -> Shot:
     name = str(row["trial_id"])
-    shown = Recorded(name, results.trial(name), results.log(name))
-    return Shot(label=str(row["variant"]), seed=int(row["seed"]), shown=shown)
+    return Shot(
+        label=str(row["variant"]),
+        seed=int(row["seed"]),
+        name=name,
+        trial=results.trial(name),
+        log=results.log(name),
+    )
 
 
 def _caption(shots: Sequence[Shot]) -> str:
-    first, walked = shots[0], shots[0].shown.trial
+    first, walked = shots[0], shots[0].trial
     text = (
         f"The first fall on the highest pile: *{escape(first.label)}* on "
         f"{escape(surface_text(walked.names.surface))}, seed {first.seed}, "

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from gaitlab.documents.steps import step
 from gaitlab.report.agreement import agreement, agreement_blocks, agreement_sentence
 from gaitlab.report.cells import (
+    CELLS,
     HOW_TO_READ,
     PRINTED_ROWS,
     cell_tables,
@@ -32,7 +34,7 @@ from gaitlab.report.comparison import (
 from gaitlab.report.falls import falls_table, metrics_table, reasons
 from gaitlab.report.maps import cells_map, pair_maps
 from gaitlab.report.markdown import DETAILS, details, escape, fenced, section, write_pages
-from gaitlab.report.matching import common
+from gaitlab.report.matching import common, places
 from gaitlab.report.motion import motion_blocks
 from gaitlab.report.provenance import DescribedPart, facts_table, gantry_note, part_tables
 from gaitlab.report.representative import extremes_blocks
@@ -41,6 +43,7 @@ from gaitlab.report.scores import SCORED, fell_standing, truth
 from gaitlab.report.words import plural
 from gaitlab.statistics import MOST_SEEDS, Contrast
 
+MOST_SENTENCES = 3  # below the picture
 MEDIANS = "Median [quartiles] over all simulated trials."
 Compared: TypeAlias = tuple[list[Comparison], list[Comparison]]  # of variants, of grounds
 
@@ -56,6 +59,7 @@ class Sources:
         command: What makes the page again.
         runs: What simulates the trials that are missing.
         options: What a command on one of the trials needs besides its name.
+        differences: Table of what differs in the files of several experiments; empty for one.
         with_seeds: What simulates and reports the experiments with so many seeds a cell.
     """
 
@@ -65,11 +69,13 @@ class Sources:
     command: str
     runs: str = ""
     options: str = ""
+    differences: str = ""
     with_seeds: Callable[[int], str] | None = None
 
 
 def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     """Write README.md, details.md and their figures into a folder; returns README.md."""
+    step(f"comparing {plural(len(results.trials), 'trial')}")
     compared = compared_variants(results), compared_grounds(results)
     folder.mkdir(parents=True, exist_ok=True)
     first = _first(results, sources, compared, folder)
@@ -85,10 +91,10 @@ def _first(results: Results, sources: Sources, compared: Compared, folder: Path)
         _completeness(results, sources),
         gantry_note(sources.parts),
         not_standing(results),
+        sources.differences,
         *scores(results, compared[0]),
         cells_map(results, folder),
-        findings(results, *compared),
-        agreement_sentence(engines) if engines else "",
+        findings(results, *compared, agreement_sentence(engines) if engines else ""),
         _next(results, sources, compared),
         _rests_on(results, sources),
         details(
@@ -106,10 +112,10 @@ def _second(results: Results, sources: Sources, compared: Compared, folder: Path
     return [
         f"{heading(results)}: details",
         "The answer is on [the page itself](README.md).",
+        section(CELLS, legend(results), cell_tables(results)),
         section("Stable cells", verdicts_note(results), headline(results), HOW_TO_READ, printed),
         section("Comparison", *contrasts) if contrasts else "",
         section("Agreement of the engines", *agreement_blocks(results, engines)) if engines else "",
-        section("Cell by cell", legend(results), cell_tables(results)),
         pair_maps(results, folder),
         section("Falls", falls_table(results)),
         section("Trials without a result", why) if why else "",
@@ -131,8 +137,16 @@ def _is_whole(results: Results) -> bool:
 def heading(results: Results) -> str:
     """The title, and how many of the planned trials a page speaks of unless of all."""
     there, planned = int(results.trials["state"].isin(SCORED).sum()), len(results.trials)
-    part = "" if _is_whole(results) else f" ({there} of {planned} trials)"
+    part = "" if _is_whole(results) else f" ({there} of {planned} trials{_shared(results)})"
     return f"# {escape(results.title)}{part}"
+
+
+def _shared(results: Results) -> str:
+    """In how many cells the variants of a part are compared; empty where there is one alone."""
+    if len(results.variants) < 2:
+        return ""
+    cells = common(results).trials.drop_duplicates([*places(results)])
+    return f", compared in the {plural(len(cells), 'cell')} that all have"
 
 
 def scores(results: Results, compared: Sequence[Comparison] = ()) -> list[str]:
@@ -193,9 +207,15 @@ def _rests_on(results: Results, sources: Sources) -> str:
 
 
 def findings(
-    results: Results, variants: Sequence[Comparison], grounds: Sequence[Comparison]
+    results: Results,
+    variants: Sequence[Comparison],
+    grounds: Sequence[Comparison],
+    engines: str = "",
 ) -> str:
-    """Which variants, and which grounds, can be told apart in staying up, and which cannot."""
+    """What can be told apart in staying up and what cannot, in at most three sentences.
+
+    Of variants, then of engines as that sentence says, then of grounds; the second page has all.
+    """
     if results.done.empty:
         return "No trial has been simulated to its end, so nothing can be said."
     scored = results.trials[results.trials["state"].isin(SCORED)]
@@ -207,9 +227,9 @@ def findings(
         first = f"The robot fell in {falls} of {plural(len(runs), 'simulated run')}{early}."
     elif not any(item.runs.n for item in variants):
         first = "The variants have no run in common, so nothing is said of what differs."
-    kinds = (variants, grounds)
-    said = [text for found in kinds for text in (told_apart(found), not_told_apart(found))]
-    return " ".join(text for text in (first, *said) if text)
+    of_grounds = (told_apart(grounds), not_told_apart(grounds))
+    said = (first, told_apart(variants), not_told_apart(variants), engines, *of_grounds)
+    return " ".join([text for text in said if text][:MOST_SENTENCES])
 
 
 def told_apart(found: Sequence[Comparison]) -> str:
@@ -219,8 +239,8 @@ def told_apart(found: Sequence[Comparison]) -> str:
         items = [item for item in found if item.stable.verdict == verdict]
         if items:
             verb = "stays" if len(items) == 1 else "stay"
-            said.append(f"{_listed(items, f'{verb} up {often} often than *FIRST*')}.")
-    return " ".join(said)
+            said.append(_listed(items, f"{verb} up {often} often than *FIRST*"))
+    return f"{'; '.join(said)}." if said else ""
 
 
 def not_told_apart(found: Sequence[Comparison]) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import pandas as pd
 
@@ -57,6 +59,15 @@ def representative(trials: pd.DataFrame) -> str:
     """Id of the seed of median distance; of two in the middle the shorter."""
     ordered = trials.sort_values(["distance", "seed"], kind="stable")
     return str(ordered["trial_id"].iloc[(len(ordered) - 1) // 2])
+
+
+def worst(trials: pd.DataFrame) -> pd.Series:
+    """The seed that fell first or, where none fell, walked least; of equals the first planned."""
+    trials = trials.assign(late=pd.to_numeric(trials["time_to_fall"]))
+    down = trials[truth(trials["fell"])]
+    return (
+        _first(down, "late", rising=True) if len(down) else _first(trials, "distance", rising=True)
+    )
 
 
 def representative_cell(results: Results) -> tuple[Value, Value] | None:
@@ -139,7 +150,7 @@ def extremes_blocks(results: Results, options: str = "") -> list[str]:
     if len(results.variants) < 2:
         header.remove("variant")
         rows = [row[:2] + row[3:] for row in rows]
-    lines = [f"gaitlab replay {name}{options} --output {name}.gif" for name in short]
+    lines = [f"gaitlab replay {name}{options} --output {name}.html" for name in short]
     watch = f"To watch them:\n\n{fenced(chr(10).join(lines), 'sh')}"
     return [table(header, rows, "lll"), watch]
 
@@ -158,9 +169,9 @@ def extremes(results: Results) -> Iterator[tuple[str, pd.Series]]:
     elif len(down):
         yield "latest fall", _first(down, "late", rising=False)
     if len(down):
-        yield "earliest fall", _first(down, "late", rising=True)
+        yield "earliest fall", worst(done)
     elif len(up) > 1:
-        yield "shortest walk", _first(up, "distance", rising=True)
+        yield "shortest walk", worst(done)
 
 
 def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:
@@ -169,17 +180,18 @@ def _first(trials: pd.DataFrame, column: str, *, rising: bool) -> pd.Series:
     return keyed.sort_values("key", ascending=rising, kind="stable", na_position="last").iloc[0]
 
 
-def shortened(names: Sequence[str], known: pd.Series) -> list[str]:
+def shortened(names: Sequence[str], known: Iterable[str]) -> list[str]:
     """The first digits of each name, as many as tell it from every known one."""
-    others = [str(name) for name in known]
-    return [_short(name, others) for name in names]
+    ordered = sorted({*names, *map(str, known)})
+    return [_short(name, ordered) for name in names]
 
 
-def _short(name: str, others: Sequence[str]) -> str:
-    for length in range(SHORTEST, len(name)):
-        if sum(other.startswith(name[:length]) for other in others) < 2:
-            return name[:length]
-    return name
+def _short(name: str, ordered: Sequence[str]) -> str:
+    at = bisect_left(ordered, name)
+    neighbours = (*ordered[max(0, at - 1) : at], *ordered[at + 1 : at + 2])
+    alike = (takewhile(bool, map(str.__eq__, name, other)) for other in neighbours)
+    shared = max((len(list(same)) for same in alike), default=0)
+    return name[: max(SHORTEST, shared + 1)]
 
 
 def _number(value: object) -> str:

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
+from gaitlab.documents import Node, parse
 from gaitlab.experiment import Experiment, changed
 from gaitlab.experiment.shell import command, store_option
 from gaitlab.model.balance import Balance
 from gaitlab.model.servo import Servo
 from gaitlab.parameters import parameters
 from gaitlab.report.gather import base_trial, base_trials
-from gaitlab.report.markdown import code
+from gaitlab.report.markdown import code, escape, table
 from gaitlab.report.page import Sources
 from gaitlab.report.provenance import (
     DescribedPart,
@@ -25,7 +26,7 @@ from gaitlab.report.provenance import (
 )
 from gaitlab.report.results import Results
 from gaitlab.report.variants import value_text
-from gaitlab.report.words import plural, surface_text
+from gaitlab.report.words import NOTHING, plural, surface_text
 from gaitlab.simulation.trial import PHYSICS_VERSION, Trial
 from gaitlab.store import Store
 
@@ -34,6 +35,8 @@ PROVENANCE = (
     "pybullet_version",  # in results from before there was another engine
     *("numpy_version", "numba_version", "python_version", "platform", "processor"),
 )
+TELLING = ("name", "title", "description", "report")  # keys of a file that change no trial
+MOST_DIFFERENCES = 8  # rows
 MACHINE = ("git_commit", "host")
 
 
@@ -52,8 +55,44 @@ def sources(experiments: Sequence[Experiment], store: Store, results: Results) -
         command="\n".join([*runs, command("report", experiments, store.path)]),
         runs="\n".join(runs),
         with_seeds=lambda seeds: _with_seeds(experiments, store, seeds),
+        differences=differences(experiments),
         options="".join(f" {shlex.quote(word)}" for word in store_option(store.path)),
     )
+
+
+def differences(experiments: Sequence[Experiment]) -> str:
+    """What differs in the files of experiments that share a page, a column each; empty if nothing.
+
+    How results are laid out and described makes no difference.
+    """
+    files = [dict(_leaves(parse(e.text, e.path))) for e in experiments]
+    keys = dict.fromkeys(key for file in files for key in file)
+    apart = [key for key in keys if len({file.get(key) for file in files}) > 1]
+    rows = [[code(key), *(escape(file.get(key, NOTHING)) for file in files)] for key in apart]
+    if any(e.form for e in experiments):
+        rows.append(["options", *(escape(e.form or NOTHING) for e in experiments)])
+    if len(experiments) < 2 or not rows:
+        return ""
+    head = ["what differs", *(escape(e.report.label or e.name) for e in experiments)]
+    rest = len(rows) - MOST_DIFFERENCES
+    text = table(head, rows[:MOST_DIFFERENCES], "l" * len(head))
+    return text if rest <= 0 else f"{text}\n\n{plural(rest, 'further difference')} not shown."
+
+
+def _leaves(node: Node, path: str = "") -> Iterator[tuple[str, str]]:
+    """Every value of a file by its dotted path, lists as one value."""
+    for key, inner in node.mapping.items():
+        below = f"{path}{key}"
+        if inner.mapping:
+            yield from () if below in TELLING else _leaves(inner, f"{below}.")
+        elif below not in TELLING:
+            yield below, _written(inner)
+
+
+def _written(node: Node) -> str:
+    if node.mapping:
+        return ", ".join(f"{key} {_written(inner)}" for key, inner in node.mapping.items())
+    return ", ".join(map(_written, node.items)) if node.items else value_text(node.value)
 
 
 def _with_seeds(experiments: Sequence[Experiment], store: Store, seeds: int) -> str:

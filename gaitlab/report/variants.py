@@ -12,6 +12,7 @@ from gaitlab.experiment.reference import ReferenceTable
 from gaitlab.plugins import shown
 
 PLAIN = "plain"
+NO_UNITS: Mapping[str, str] = {}
 TYPED = 9  # digits that somebody may have typed; a computed number has more
 Value = float | int | bool | str
 
@@ -31,23 +32,31 @@ class Variant:
     compare: ReferenceTable | None = None
 
 
-def label_of(values: Mapping[str, Value], shared: Sequence[str] = ()) -> str:
+def label_of(
+    values: Mapping[str, Value], shared: Sequence[str] = (), units: Mapping[str, str] = NO_UNITS
+) -> str:
     """Name of a variant: what is switched on, `plain` if nothing is.
 
-    Parameters in `shared` take only one value beside `none` and are named without it.
+    Parameters in `shared` take only one value beside `none` and are named without it. Numbers have
+    the units of their paths.
     """
-    parts = [_part(path, value, path in shared) for path, value in values.items()]
+    parts = [
+        _part(path, value, path in shared, units.get(path, "-")) for path, value in values.items()
+    ]
     return " + ".join(part for part in parts if part) or PLAIN
 
 
-def _part(path: str, value: Value, bare: bool) -> str:
+def _part(path: str, value: Value, bare: bool, unit: str) -> str:
     named = path.removesuffix(".type").removesuffix(".name")  # `engine.name` is what engine it is
     name = named.rpartition(".")[2].replace("_", " ")
     if is_off(value):
         return ""
     if path == "experiment":
         return str(value)
-    return name if bare or value is True else f"{name} {value_text(value)}"
+    if bare or value is True:
+        return name
+    measured = unit != "-" and not isinstance(value, (bool, str))
+    return f"{name} {value_text(value)}" + (f" {unit}" if measured else "")
 
 
 def is_off(value: object) -> bool:
@@ -70,11 +79,13 @@ def free_paths(trials: pd.DataFrame, candidates: Sequence[str], fixed: Sequence[
     return [path for path in free if path not in fixed]
 
 
-def find_variants(trials: pd.DataFrame, paths: Sequence[str]) -> tuple[list[Variant], list[str]]:
+def find_variants(
+    trials: pd.DataFrame, paths: Sequence[str], units: Mapping[str, str] = NO_UNITS
+) -> tuple[list[Variant], list[str]]:
     """The combinations of `paths`, the plain one first, and the label of every trial."""
     shared = [path for path in paths if _switched_only(trials[path])]
     records = [dict(zip(paths, row, strict=True)) for row in trials[list(paths)].to_numpy(object)]
-    labels = [label_of(record, shared) for record in records]
+    labels = [label_of(record, shared, units) for record in records]
     pairs = zip(labels, records, strict=True)
     variants = {label: Variant(label=label, values=record) for label, record in pairs}
     return sorted(variants.values(), key=lambda variant: variant.label != PLAIN), labels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from gaitlab.render.scene import surface_text
+from gaitlab.render.figure_style import surface_text
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.scores import Score, ScoredCell
 from gaitlab.report.variants import Value, value_text

@@ -103,6 +103,13 @@ def _shared(one: str, other: str) -> int:
     return next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), len(other))
 
 
+def place_of(store: Store, trial_id: str) -> str:
+    """Where a trial stands: its experiment and the cell in it; empty where none asks for it."""
+    (place,) = _places(store, [trial_id])
+    cell = ", ".join(f"{_leaf(path)} {number(value)}" for path, value in place.values.items())
+    return ": ".join(part for part in (place.experiment, cell) if part)
+
+
 def _places(store: Store, names: Sequence[str]) -> list[FoundTrial]:
     """Where trials stand; the first experiment that asks for one counts."""
     entries = store.index().entries

@@ -20,6 +20,7 @@ from gaitlab.store.index import (
     write_entries,
 )
 from gaitlab.store.lists import (
+    LIST,
     NOTHING,
     Listed,
     Lists,
@@ -212,6 +213,14 @@ class Store(TrialFiles):
     def experiments(self) -> dict[str, TrialList]:
         """Every experiment that was run on this store, by name, but those whose list is damaged."""
         return self.lists().sound
+
+    def newest(self) -> str | None:
+        """The experiment whose list of trials changed last; None if there is none."""
+
+        def changed(name: str) -> float:
+            return (self._experiments / name / LIST).stat().st_mtime
+
+        return max(self.experiments(), key=changed, default=None)
 
     def lists(self) -> Lists:
         """What every experiment that was run on this store asked for, as far as it can be read."""

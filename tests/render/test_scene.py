@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,13 @@ from hypothesis import strategies as st
 
 from gaitlab.kinematics.transforms import axis_rotation
 from gaitlab.log import TrialLog
+from gaitlab.model import Box
 from gaitlab.render import Recorded
 from gaitlab.render.camera import Camera
 from gaitlab.render.figure_style import save
 from gaitlab.render.ground import Patch, blades, ground_triangles, grown
 from gaitlab.render.painter import Painter, Style
-from gaitlab.render.scene import SolePose, all_corners, box_faces, link_poses, scene_of
+from gaitlab.render.scene import SolePose, all_corners, link_poses, link_shapes, scene_of
 from gaitlab.render.stills import still_figure
 from gaitlab.surfaces import FibreMat, RigidFloor, SoftLayer, Surface, TuftedPile
 from tests.report.builder import GRASS, toy_tree, walk_log
@@ -42,10 +44,22 @@ def test_a_box_has_its_size_wherever_it_turns(
     size: tuple[float, float, float], angle: float
 ) -> None:
     rotation = axis_rotation("y", np.array(angle))
-    faces = box_faces(size, np.array([1.0, 2.0, 3.0]), rotation, "#808080")
+    link = toy_tree().links[0]
+    box, *_ = link_shapes(replace(link, box=Box(size=size, centre=(0.0, 0.0, 0.0))), ("", ""))
+    faces = box.at(np.array([1.0, 2.0, 3.0]), rotation)
     local = (faces.corners.reshape(-1, 3) - [1.0, 2.0, 3.0]) @ rotation
     assert np.allclose(np.ptp(local, axis=0), size)
     assert np.all((faces.colours >= 0.0) & (faces.colours <= 1.0))
+
+
+def test_every_face_of_a_robot_looks_outward() -> None:
+    tree = walked()[0].robot.tree
+    for link in tree.links:
+        for shape in link_shapes(link, ("", "")):
+            a, b, c = shape.corners[:, 0], shape.corners[:, 1], shape.corners[:, 2]
+            turned = np.cross(b - a, c - b)
+            along = (turned / np.linalg.norm(turned, axis=1)[:, None] * shape.normals).sum(axis=1)
+            assert np.allclose(along, 1.0)
 
 
 @pytest.mark.parametrize("ground", [GRASS, CARPET])

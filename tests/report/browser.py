@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ OPTIONS = (
     "--disable-sync",
     "--remote-debugging-pipe",
 )
+# Pictures in 3-D without a graphics card.
+SOFTWARE_GL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
 
 class Browser:
@@ -61,16 +63,20 @@ class Browser:
         line, _, self._rest = self._rest.partition(b"\0")
         return dict(json.loads(line))
 
-    def open(self, page: Path) -> None:
-        """Load a file and wait until it is there; what happened before is forgotten."""
-        self.events.clear()
-        self.ask("Page.navigate", url=page.resolve().as_uri())
-        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
-            self.events.append(self._message())
+    def open(self, page: Path, place: str = "") -> None:
+        """Load a file, at a place in it, and wait until it is there; forget what was before."""
+        # Another place of the page that is open would not be loaded.
+        for address in ("about:blank", page.resolve().as_uri() + place):
+            self.events.clear()
+            self.ask("Page.navigate", url=address)
+            while not any(event["method"] == "Page.loadEventFired" for event in self.events):
+                self.events.append(self._message())
 
     def value(self, script: str) -> Any:
-        """What a line of JavaScript gives."""
-        answer = self.ask("Runtime.evaluate", expression=script, returnByValue=True)
+        """What a line of JavaScript gives, or promises."""
+        answer = self.ask(
+            "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
+        )
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
@@ -109,14 +115,16 @@ class Browser:
 
 
 @contextmanager
-def browser(profile: Path, width: int = 1280, height: int = 900) -> Iterator[Browser]:
-    """A Chromium with a profile of its own; ended at the end."""
+def browser(
+    profile: Path, width: int = 1280, height: int = 900, more: Sequence[str] = ()
+) -> Iterator[Browser]:
+    """A Chromium with a profile and options of its own; ended at the end."""
     assert CHROMIUM is not None
     commands, to = os.pipe()
     back, answers = os.pipe()
     # Chromium reads its commands from descriptor 3 and answers on 4.
     start = f'exec 3<&{commands} 4>&{answers}; exec "$0" "$@"'
-    options = (*OPTIONS, f"--user-data-dir={profile}", f"--window-size={width},{height}")
+    options = (*OPTIONS, *more, f"--user-data-dir={profile}", f"--window-size={width},{height}")
     process = subprocess.Popen(
         ["/bin/bash", "-c", start, CHROMIUM, *options],
         pass_fds=(commands, answers),

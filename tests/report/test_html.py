@@ -120,7 +120,7 @@ def test_headings_are_reached_from_the_contents(outline: Outline) -> None:
 def test_a_table_of_facts_has_no_empty_head_and_rows_have_titles(outline: Outline) -> None:
     assert len(outline.all("table")) == 2
     assert len(outline.all("thead")) == 1
-    assert [a.get("scope") for a in outline.all("th")] == [None] * 3 + ["row"] * 3
+    assert [a.get("scope") for a in outline.all("th")] == ["col"] * 3 + ["row"] * 3
 
 
 def test_a_figure_that_is_not_there_leaves_its_text(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from gaitlab.experiment.reference import load_reference
-from gaitlab.report.cells import agreement, cell_tables, compared, headline, row_text, runs_table
+from gaitlab.report.cells import agreement, cell_tables, compared, headline, row_title, runs_table
 from gaitlab.report.comparison import compared_grounds, compared_variants
 from gaitlab.report.falls import falls_table, quartiles, reasons
 from gaitlab.report.motion import strip_blocks
@@ -81,8 +81,8 @@ def test_no_share_stands_without_its_count() -> None:
 
 
 def test_rows_name_the_printed_distance_and_the_step_length() -> None:
-    assert row_text(results_of(toy_trials()), -0.04) == "8 (-0.04 m)"
-    assert row_text(results_of(toy_trials(), compare=False), -0.04) == "-0.04 m"
+    assert row_title(results_of(toy_trials()), -0.04) == "8 (-0.04 m)"
+    assert row_title(results_of(toy_trials(), compare=False), -0.04) == "-0.04 m"
 
 
 def test_without_a_reference_table_nothing_is_compared() -> None:
@@ -267,7 +267,7 @@ def partial(lost: list[tuple[str, str]]) -> Results:
 def test_variants_are_compared_in_what_both_have(lost) -> None:
     results = partial(lost)
     there = len(results.trials) - 16 * len(lost)
-    assert heading(results).endswith(f"({there} of {len(results.trials)} trials)")
+    assert f"({there} of {len(results.trials)} trials, compared in the " in heading(results)
     note, runs = scores(results, compared_variants(results))
     first, second = (v.label for v in results.variants)
     assert row(runs, first) == row(runs, second)

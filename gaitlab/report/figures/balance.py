@@ -11,13 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from gaitlab.log import TrialLog
 from gaitlab.render.figure_style import (
@@ -33,6 +29,12 @@ from gaitlab.render.figure_style import (
 from gaitlab.report.figures.gait_phases import phase_keys, runs, shade, swings, walking_time
 from gaitlab.report.figures.heading import AXES, seen, support_extent
 from gaitlab.report.representative import RepresentativeTrial
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 THIN = "#8F8F8F"  # seeds beside the shown one
 LARGEST_SHOWN = 30.0  # degrees; a robot lying down would flatten the walk before it
@@ -83,7 +85,7 @@ def balance_figure(columns: Sequence[WalkPanel]) -> Figure:
             _draw(axis, column, window)
             axis[0].set_title(wrapped(column.walk.title, width=84 // len(columns)))
             axis[-1].set_xlabel("time since walking at full amplitude [s]")
-            axis[-1].xaxis.set_major_locator(MaxNLocator(TICKS))
+            axis[-1].locator_params(axis="x", nbins=TICKS)
         _finish(axes, columns, window)
         figure.legend(handles=_keys(), loc="outside lower center", ncols=4, fontsize=7.5)
     return figure
@@ -203,6 +205,9 @@ def _finish(axes: np.ndarray, columns: Sequence[WalkPanel], window: tuple[float,
 
 
 def _keys() -> list[Line2D | Patch]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     return [
         *phase_keys(),
         Patch(facecolor=SKY, alpha=0.55, label="support polygon"),

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
 from gaitlab.log.columns import FEET
@@ -26,6 +22,12 @@ from gaitlab.render.figure_style import (
 )
 from gaitlab.report.figures.heading import foot_rotation, seen
 from gaitlab.report.representative import RepresentativeTrial
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 CYCLES = 2.0  # shown before the fall, or in the middle of the walk
 SOLES = 8  # drawn a cycle
@@ -149,6 +151,8 @@ def _ground(axis: Axes, height: float, paths: Paths) -> None:
 
 
 def _keys(walks: Sequence[RepresentativeTrial]) -> list[Line2D | Patch]:
+    from matplotlib.lines import Line2D
+
     keys: list[Line2D | Patch] = [
         Line2D([], [], color=colour, linestyle=dashes, label=name)
         for name, (colour, dashes) in LOOKS.items()

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import Patch
 
 from gaitlab.log import TrialLog
 from gaitlab.model import Robot
 from gaitlab.model.commands import Reactive, feet_of
 from gaitlab.model.gait import Gait
 from gaitlab.render.figure_style import BAND, FAINT, PAPER
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
 
 HATCH = "////"  # of the right foot's swing, so that the two differ in grey
 
@@ -71,6 +73,8 @@ def shade(axis: Axes, spans: list[Span]) -> None:
 
 def phase_keys() -> list[Patch]:
     """Entries of a legend for the shading."""
+    from matplotlib.patches import Patch
+
     left = Patch(facecolor=BAND, label="left foot swings")
     right = Patch(facecolor=PAPER, edgecolor=FAINT, hatch=HATCH, label="right foot swings")
     return [left, right]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from gaitlab.metrics.joints import NEAR_LIMIT
 from gaitlab.render.figure_style import BLUE, INK, ORANGE, VERMILLION, new_figure, style
 from gaitlab.report.figures.foot_paths import shown_rows
 from gaitlab.report.figures.gait_phases import runs, walking_time
 from gaitlab.report.representative import RepresentativeTrial
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 JOINTS = 3
 SATURATED = "#F7D9C7"
@@ -76,12 +77,13 @@ def _speeds_of(walk: RepresentativeTrial, name: str) -> tuple[float, float]:
     return (-speed, speed)
 
 
-def joint_figure(walk: RepresentativeTrial) -> Figure | None:
-    """Three joints of one walk over two cycles, one column a joint; None without a servo."""
+def joint_figure(walk: RepresentativeTrial) -> Figure:
+    """Three joints of one walk over two cycles, one column a joint; at least one has a servo."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     rows = shown_rows(walk.log)
     loads = most_loaded(walk, rows)
-    if not loads:
-        return None
     time = walking_time(walk.log)[rows]
     with style():
         figure = new_figure(height=5.6)

@@ -4,11 +4,14 @@ made here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gaitlab.documents.outputs import published
+from gaitlab.documents.steps import step
 from gaitlab.render.figure_style import vector_figures
+from gaitlab.render.kept_figures import figures_before
+from gaitlab.report.forms.explorer import Explorer, replays_beside
 from gaitlab.report.forms.html import html_page, write_html
 from gaitlab.report.forms.tables import write_tables
 from gaitlab.report.results import Results
@@ -26,6 +29,8 @@ def publish(
     tables: bool,
     force: bool,
     results: Results | None = None,
+    replays: Mapping[str, str] | None = None,
+    options: str = "",
 ) -> Path:
     """Write a page in all forms into a folder, whose files take their places once all are whole.
 
@@ -35,14 +40,34 @@ def publish(
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
         force: Also write into a folder that holds files of somebody else.
-        results: What the page was computed from, whose cells and trials become CSV too.
+        results: What the page was computed from, whose cells and trials become CSV too, and open
+            in HTML.
+        replays: Link to the replay of a trial by its id, relative to the page; by default to those
+            that lie beside it, `replays/ID.html`.
+        options: What a command on a trial needs besides its id, ` --store DIR` for instance.
 
     Returns:
         The page, in HTML if that was asked for.
     """
-    with published(folder, force=force) as place, vector_figures(html or tables):
+    with (
+        published(folder, force=force) as place,
+        vector_figures(html or tables),
+        figures_before(folder),
+    ):
         page = write(place)
         if tables:
+            step("writing tables")
             write_tables(page, results)
-        page = write_html(page) if html else page
+        if html:
+            step("writing HTML")
+            shown = None if results is None else _explorer(results, folder, replays, options)
+            page = write_html(page, shown)
     return folder / page.name
+
+
+def _explorer(
+    results: Results, folder: Path, replays: Mapping[str, str] | None, options: str
+) -> Explorer:
+    ids = list(map(str, results.trials["trial_id"]))
+    known = replays_beside(folder, ids) if replays is None else replays
+    return Explorer(results=results, replays=known, options=options)

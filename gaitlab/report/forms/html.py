@@ -17,45 +17,65 @@ from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 from markdown_it.utils import OptionsDict
 
-from gaitlab.report.forms.tokens import Heading, headings, parser, whole_text
+from gaitlab.report.cells import CELLS
+from gaitlab.report.forms.explorer import Explorer, plotly
+from gaitlab.report.forms.tokens import SECTION, Heading, headings, parser, plain, whole_text
+from gaitlab.report.maps import SHARES
 
 FILE = "index.html"
+WIDE = 3  # columns of a table; one of more is a list on a narrow screen
+BUTTON = '<button type="button" class="cell" data-cell="{}" aria-haspopup="dialog">'
 LISTED = (2, 3)  # levels of headings in the table of contents
 
 # Mark-up that the pages themselves write between their lines; whatever else looks like a tag
 # stays text, whoever wrote it.
 _TAG = re.compile(r"</?(?:details|summary|b|strong|em|i|code|br|sub|sup|kbd)(?: open)? ?/?>")
+_INTERVAL = re.compile(r"\[[-+\d][^\[\]]{0,24}\]")  # stays on one line
 _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
 PICTURES = {".png": "image/png", ".gif": "image/gif", ".jpg": "image/jpeg", ".webp": "image/webp"}
 DROPPED = frozenset({"metadata", "style", "script"})  # said in the page's own style sheet, or noise
+_GREY = re.compile(r"(?<!\()#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})\b")
+MOST_TINT = 12  # between the channels of a colour that still is a grey
+DARKEST, LIGHTEST = 0x15, 0xE4  # of a dark page: its paper and its ink
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
-def write_html(page: Path) -> Path:
-    """Write index.html beside a page of Markdown; the same page gives the same bytes."""
+def write_html(page: Path, explorer: Explorer | None = None) -> Path:
+    """Write index.html beside a page of Markdown; the same page gives the same bytes.
+
+    Args:
+        page: The page, in Markdown.
+        explorer: The cells and trials of an experiment, which a reader then opens.
+    """
     target = page.with_name(FILE)
-    text = html_page(whole_text(page), page.parent)
-    target.write_text(text, encoding="utf-8")
+    target.write_text(html_page(whole_text(page), page.parent, explorer), encoding="utf-8")
     return target
 
 
-def html_page(markdown: str, folder: Path) -> str:
+def html_page(markdown: str, folder: Path, explorer: Explorer | None = None) -> str:
     """The whole content of a page as HTML, its figures inside.
 
     Args:
         markdown: The page.
         folder: Where its figures are.
+        explorer: The cells and trials of an experiment: their tables open the seeds, and what
+            draws any measure of them takes the place of the picture of their shares.
     """
     made = parser()
     tokens = made.parse(markdown)
     titles = headings(tokens)
-    renderer = _Page(folder, titles)
-    body = renderer.render(_arranged(tokens, titles), made.options, {})
-    style, script = _resource("page.css"), _resource("page.js")
-    # Nothing is fetched, and no script runs but the page's own.
-    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    allowed = f"style-src 'unsafe-inline'; img-src data:; script-src 'sha256-{digest}'"
-    policy = f"default-src 'none'; {allowed}"
+    renderer = _Page(folder, titles, explorer)
+    body = renderer.render(_arranged(tokens, titles, explorer is not None), made.options, {})
+    style, scripts = _resource("page.css"), [_resource("page.js")]
+    libraries = []
+    if explorer:
+        body += explorer.blocks()
+        scripts.append(_resource("explorer.js"))
+        libraries.append(plotly())
+    script = "\n".join(scripts)
+    # Nothing is fetched, and no script runs but the page's own and the libraries that lie in it.
+    allowed = " ".join(f"'sha256-{_digest(text)}'" for text in (script, *libraries))
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {allowed}"
     title = next((heading.text for heading in titles.values()), "gaitlab")
     return "\n".join(
         [
@@ -70,7 +90,7 @@ def html_page(markdown: str, folder: Path) -> str:
             f"<style>\n{style}</style>",
             "</head>",
             "<body>",
-            _contents(list(titles.values())),
+            _contents(list(titles.values()), explorer.walks if explorer else ""),
             f"<main>\n{body}</main>",
             f"<script>{script}</script>",
             "</body>",
@@ -80,37 +100,66 @@ def html_page(markdown: str, folder: Path) -> str:
     )
 
 
+def _digest(script: str) -> str:
+    return b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
 def _resource(name: str) -> str:
     return resources.files("gaitlab.report.forms").joinpath(name).read_text(encoding="utf-8")
 
 
-def _contents(titles: Sequence[Heading]) -> str:
+def _contents(titles: Sequence[Heading], walks: str) -> str:
+    """The headings of a page, and before them the file that shows its walks, if there is one."""
     items = [
         f'<li class="level{heading.level}"><a href="#{escape(heading.anchor)}">'
         f"{escape(heading.text)}</a></li>"
         for heading in titles
         if heading.level in LISTED
     ]
-    if not items:
+    link = f'<p><a class="walks" href="{escape(walks)}">Walks in 3-D</a></p>\n' if walks else ""
+    if not items and not link:
         return ""
     lines = "\n".join(items)
     return (
-        f'<nav aria-label="Contents">\n<details open>\n<summary>Contents</summary>\n'
+        f'<nav aria-label="Contents">\n{link}<details open>\n<summary>Contents</summary>\n'
         f"<ol>\n{lines}\n</ol>\n</details>\n</nav>"
     )
 
 
-def _arranged(tokens: Sequence[Token], titles: Mapping[int, Heading]) -> list[Token]:
-    """Tokens as HTML wants them: anchors on headings, figures on their own, row titles as such."""
+def _arranged(tokens: Sequence[Token], titles: Mapping[int, Heading], cells: bool) -> list[Token]:
+    """Tokens as HTML wants them: anchors on headings, figures on their own, titles as such.
+
+    Every cell of a table knows the title of its column, which a narrow screen sets beside it, and
+    those of the tables of cells their number, if they are to be opened.
+    """
     arranged = list(tokens)
-    for index, heading in titles.items():
-        arranged[index].attrSet("id", heading.anchor)
+    name, section, columns, column, count = "", "", [""], 0, 0
     for index, token in enumerate(arranged):
+        if (heading := titles.get(index)) is not None:
+            token.attrSet("id", heading.anchor)
+            name, section = heading.text, heading.text if heading.level <= SECTION else section
         if [child.type for child in token.children or ()] == ["image"]:
             arranged[index - 1].hidden = arranged[index + 1].hidden = True
-        if token.type == "td_open" and arranged[index - 1].type == "tr_open":
-            token.tag = arranged[index + 2].tag = "th"
-            token.attrSet("scope", "row")
+        if token.type == "thead_open":
+            columns = []
+        elif token.type == "tr_open":
+            column = 0
+        elif token.type == "th_open":
+            token.attrSet("scope", "col")
+            columns.append(plain(arranged[index + 1]))
+        elif token.type == "td_open":
+            if column == 0:
+                token.tag = arranged[index + 2].tag = "th"
+                token.attrSet("scope", "row")
+            else:
+                token.attrSet("data-label", columns[column])
+                if cells and section == CELLS:
+                    token.meta = arranged[index + 2].meta = {"cell": count}
+                    count += 1
+            column += 1
+        elif token.type == "table_close":
+            opening = next(t for t in reversed(arranged[:index]) if t.type == "table_open")
+            opening.meta = {"columns": columns, "name": name}
     return [token for part in _without_empty_heads(arranged) for token in part]
 
 
@@ -129,9 +178,12 @@ def _without_empty_heads(tokens: Sequence[Token]) -> list[Sequence[Token]]:
 class _Page(RendererHTML):
     """Renders tokens; methods are named after the token that they render."""
 
-    def __init__(self, folder: Path, titles: Mapping[int, Heading]) -> None:
+    def __init__(
+        self, folder: Path, titles: Mapping[int, Heading], explorer: Explorer | None
+    ) -> None:
         super().__init__()
-        self._folder, self._figures = folder, 0
+        self._folder, self._explorer = folder, explorer
+        self._figures = self._tables = 0
         self._anchors = iter([heading.anchor for heading in titles.values()])
 
     def image(
@@ -140,7 +192,14 @@ class _Page(RendererHTML):
         token = tokens[idx]
         self._figures += 1
         alt = self.renderInlineAsText(token.children or [], options, env)
+        if self._explorer and token.attrs["src"] == f"{SHARES}.png":
+            return self._explorer.figure(alt)
         return figure(str(token.attrs["src"]), alt, self._folder, self._figures) + "\n"
+
+    def text(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return _INTERVAL.sub(r'<span class="whole">\g<0></span>', escape(tokens[idx].content))
 
     def heading_close(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
@@ -152,12 +211,39 @@ class _Page(RendererHTML):
     def table_open(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
     ) -> str:
-        return '<div class="scroll" tabindex="0" role="region" aria-label="Table">\n<table>\n'
+        columns, name = tokens[idx].meta["columns"], escape(tokens[idx].meta["name"])
+        self._tables += 1
+        wide = ' class="wide"' if len(columns) > WIDE and any(columns) else ""
+        label = f'aria-label="Table {self._tables}: {name}"'
+        return f'<div class="scroll" tabindex="0" role="region" {label}>\n<table{wide}>\n'
 
     def table_close(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
     ) -> str:
         return "</table>\n</div>\n"
+
+    def td_open(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        opened = self.renderToken(tokens, idx, options, env)
+        number = tokens[idx].meta.get("cell")
+        return opened if number is None else f"{opened}{BUTTON.format(number)}"
+
+    def td_close(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        number = tokens[idx].meta.get("cell")
+        bar = (
+            f"{self._explorer.bar(number)}</button>"
+            if self._explorer and number is not None
+            else ""
+        )
+        return bar + self.renderToken(tokens, idx, options, env)
+
+    def fence(
+        self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
+    ) -> str:
+        return super().fence(tokens, idx, options, env).replace("<pre>", '<pre tabindex="0">', 1)
 
     def html_block(
         self, tokens: Sequence[Token], idx: int, options: OptionsDict, env: MutableMapping[str, Any]
@@ -216,7 +302,7 @@ def _strip(element: ElementTree.Element) -> None:
     given = {_local(name): value for name, value in element.attrib.items()}
     element.attrib.clear()
     element.attrib |= {
-        name: _shorter(value) if name == "d" else value
+        name: _shorter(value) if name == "d" else _GREY.sub(_both_ways, value)
         for name, value in given.items()
         if not name.startswith("on")
     }
@@ -227,6 +313,15 @@ def _strip(element: ElementTree.Element) -> None:
             element.remove(child)
         else:
             _strip(child)
+
+
+def _both_ways(grey: re.Match[str]) -> str:
+    """A grey, black or white as it is on a light page, and turned about on a dark one."""
+    level = [int(pair, 16) for pair in grey.groups()]
+    if max(level) - min(level) > MOST_TINT:
+        return grey[0]
+    dark = round(DARKEST + (LIGHTEST - DARKEST) * (1.0 - sum(level) / (3 * 255)))
+    return f"light-dark({grey[0]}, #{dark:02x}{dark + 3:02x}{dark + 7:02x})"
 
 
 def _local(name: str) -> str:

@@ -21,10 +21,10 @@ from gaitlab.render.figure_style import (
     FAINT,
     INK,
     PAPER,
-    SHARE,
     SKY,
     VERMILLION,
     new_figure,
+    share_colours,
     style,
 )
 from gaitlab.report.study.findings import Findings
@@ -272,7 +272,7 @@ def _crossing(axis: Axes, x: int, y: int, cell: Crossing | None) -> None:
             (x - 0.47, y - 0.46),
             0.94,
             0.92,
-            facecolor=SHARE(share) if known else PAPER,
+            facecolor=share_colours()(share) if known else PAPER,
             edgecolor=INK if tuned else (PAPER if known else FAINT),
             hatch=None if known else "////",
             linewidth=2.5 if tuned else 1.0,

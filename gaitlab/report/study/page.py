@@ -8,6 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from gaitlab.documents.steps import step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.render.figure_style import save
@@ -76,6 +77,7 @@ def write_study_report(
             f"{' and '.join(plain)}: no study, and studies are reported apart from experiments; "
             "give `gaitlab report` either only studies or only experiments"
         )
+    step(f"reading the candidates of {' and '.join(one.name for one in experiments)}")
     found = [findings_of(one, store, storage) for one in experiments]
     folder = output or REPORTS / "+".join(one.name for one in experiments)
     write = partial(write_pages_together, found)

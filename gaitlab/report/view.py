@@ -1,0 +1,192 @@
+"""An experiment to look at: its cells as a table, and in each the worst and the median walk in 3-D.
+
+One HTML file, `replays.html`, beside that of the report, which leads to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from gaitlab.documents.outputs import refuse_other
+from gaitlab.documents.steps import step
+from gaitlab.errors import UsageError
+from gaitlab.experiment import Experiment
+from gaitlab.render import Recorded, clip_of
+from gaitlab.render.replay_page import Replay, address, write_replay_page
+from gaitlab.report import write_report
+from gaitlab.report.forms import REPORTS
+from gaitlab.report.gather import gather
+from gaitlab.report.representative import representative, worst
+from gaitlab.report.results import ONE_ROW, Results
+from gaitlab.report.variants import Value, Variant
+from gaitlab.report.words import (
+    cell_text,
+    column_text,
+    path_text,
+    place_text,
+    plural,
+    verdict_text,
+    with_unit,
+)
+from gaitlab.store import Store
+
+FILE = "replays.html"
+FPS, FEWEST_FPS = 25.0, 5.0  # instants a second of walking
+MOST_INSTANTS = 55_000  # of a page, at some 140 bytes each
+
+
+@dataclass(frozen=True, kw_only=True)
+class Viewed:
+    """What was written.
+
+    Attributes:
+        page: The report in HTML, whose cells lead to their walks.
+        walks: The walks in 3-D, beside it.
+        links: Where the walk of a trial is shown, by its id, relative to the folder.
+    """
+
+    page: Path
+    walks: Path
+    links: Mapping[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Chosen:
+    """A trial of a cell that is shown, and what it is there."""
+
+    trial_id: str
+    role: str
+    place: str
+
+
+def write_view(
+    experiment: Experiment, store: Store, output: Path | None = None, *, force: bool = False
+) -> Viewed:
+    """Write the report of an experiment in HTML, and beside it the walks of its cells in 3-D.
+
+    Args:
+        experiment: What was asked.
+        store: Where the trials are.
+        output: Folder; by default `reports/<name>`.
+        force: Also replace files that gaitlab did not write.
+
+    Raises:
+        UsageError: If it is a study, none of its trials was run, or a file is there that gaitlab
+            did not write.
+        StoreError: If a log is damaged, or a file cannot be written.
+    """
+    if experiment.study is not None:
+        raise UsageError(
+            f"{experiment.name} is a study, whose candidates are no cells; `gaitlab report "
+            f"{experiment.name}` shows it, and `gaitlab replay TRIAL --output fall.html` a walk"
+        )
+    folder = output or REPORTS / experiment.listed_as
+    refuse_other(folder / FILE, b"<!DOCTYPE html>", force=force)
+    results = gather([experiment], store)
+    chosen = {
+        (variant.label, row, column): list(_chosen(results, variant, row, column))
+        for variant in results.variants
+        for row in results.row_values
+        for column in results.column_values
+    }
+    shown = [item for items in chosen.values() for item in items]
+    links = {item.trial_id: FILE + address(item.trial_id) for item in shown}
+    page = write_report([experiment], store, folder, html=True, force=force, replays=links)
+    step("writing walks in 3-D")
+    write_replay_page(
+        _replays(results, shown),
+        folder / FILE,
+        title=f"{results.title}: replays",
+        menu=_menu(results, chosen, page.name),
+        first="" if results.done.empty else str(worst(results.done)["trial_id"]),
+    )
+    return Viewed(page=page, walks=folder / FILE, links=links)
+
+
+def _chosen(results: Results, variant: Variant, row: Value, column: Value) -> Iterator[_Chosen]:
+    """The trials of a cell that stand for it; none where nothing was simulated to its end."""
+    trials = results.at(variant, row, column)
+    trials = trials[trials["state"] == "DONE"].drop_duplicates("trial_id")
+    if trials.empty:
+        return
+    label = f", {variant.label}" if len(results.variants) > 1 else ""
+    place = place_text(results, row, column) + label
+    first, middle = str(worst(trials)["trial_id"]), representative(trials)
+    if len(trials) == 1:
+        yield _Chosen(trial_id=first, role="only seed", place=place)
+        return
+    both = first == middle
+    yield _Chosen(trial_id=first, role="worst, median" if both else "worst", place=place)
+    if not both:
+        yield _Chosen(trial_id=middle, role="median", place=place)
+
+
+def _replays(results: Results, chosen: list[_Chosen]) -> list[Replay]:
+    once = {item.trial_id: item for item in reversed(chosen)}
+    shown = [
+        (Recorded(name, results.trial(name), results.log(name), item.place), item.role)
+        for name, item in reversed(once.items())
+    ]
+    seconds = sum(float(trial.log["time"][-1]) for trial, _ in shown)
+    fps = min(FPS, max(FEWEST_FPS, MOST_INSTANTS / max(seconds, 1.0)))
+    return [Replay(trial, clip_of([trial.log], fps=fps), role) for trial, role in shown]
+
+
+def _menu(
+    results: Results, chosen: Mapping[tuple[str, Value, Value], list[_Chosen]], report: str
+) -> str:
+    """The tables of the cells, whose links choose what is shown."""
+    trials = results.trials
+    there = int((trials["state"] != "MISSING").sum())
+    whole = f"{there} of " if there < len(trials) else ""
+    parts = [
+        f"<h1>{escape(results.title)}</h1>",
+        f"<p>{escape(results.question)}</p>",
+        f"<p>{whole}{plural(len(trials), 'trial')}; stable seeds of all in each cell. "
+        f'<a href="{escape(report)}">The report</a> has everything else.</p>',
+    ]
+    if results.done.empty:
+        parts.append("<p><b>No trial was simulated to its end, so there is none to show.</b></p>")
+    for variant in results.variants:
+        if len(results.variants) > 1:
+            parts.append(f"<h2>{escape(variant.label)}</h2>")
+        parts.append(_table(results, variant, chosen))
+    return "\n".join(parts)
+
+
+def _table(
+    results: Results,
+    variant: Variant,
+    chosen: Mapping[tuple[str, Value, Value], list[_Chosen]],
+) -> str:
+    corner = "" if results.rows == ONE_ROW else path_text(results.rows)
+    titles = [column_text(results, column) for column in results.column_values]
+    head = "".join(f'<th scope="col">{escape(title)}</th>' for title in (corner, *titles))
+    rows = []
+    for row in results.row_values:
+        name = "" if results.rows == ONE_ROW else with_unit(results, results.rows, row)
+        cells = "".join(
+            _cell(results, variant, row, column, chosen[variant.label, row, column])
+            for column in results.column_values
+        )
+        rows.append(f'<tr><th scope="row">{escape(name)}</th>{cells}</tr>')
+    body = "\n".join(rows)
+    return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+
+
+def _cell(
+    results: Results, variant: Variant, row: Value, column: Value, chosen: list[_Chosen]
+) -> str:
+    cell = results.cell(variant, row, column)
+    links = " ".join(
+        f'<a href="{address(item.trial_id)}" title="{escape(item.place)}">{item.role}</a>'
+        for item in chosen
+    )
+    if not cell.n or not cell.feasible:
+        return f"<td>{escape(cell_text(cell))} {links}</td>"
+    kind = "stable" if cell.verdict("stable") else "unstable"
+    count = f"{verdict_text(cell)} {cell.count('stable')}/{cell.n}"
+    return f'<td class="{kind}" title="{escape(cell_text(cell))}"><b>{count}</b>{links}</td>'
