@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import binomtest
 
 from gaitlab.statistics import (
     Count,
@@ -48,6 +49,13 @@ def test_wilson_of_failures_mirrors_that_of_successes(count):
     k, n = count
     low, high = wilson(k, n)
     assert wilson(n - k, n) == pytest.approx((1.0 - high, 1.0 - low), abs=1e-12)
+
+
+def test_wilson_is_that_of_scipy() -> None:
+    for n in range(1, 40):
+        for k in range(n + 1):
+            theirs = binomtest(k, n).proportion_ci(0.95, method="wilson")
+            assert tuple(wilson(k, n)) == pytest.approx(tuple(theirs), abs=1e-14)
 
 
 @given(counts)

@@ -44,6 +44,8 @@ from gaitlab.report.words import plural
 from gaitlab.statistics import MOST_SEEDS, Contrast
 
 MOST_SENTENCES = 3  # below the picture
+FEWEST_SEEDS = 6  # of fewer no number of seeds that would tell is known
+USUAL_SEEDS = 10  # a cell, of the papers
 MEDIANS = "Median [quartiles] over all simulated trials."
 Compared: TypeAlias = tuple[list[Comparison], list[Comparison]]  # of variants, of grounds
 
@@ -184,7 +186,11 @@ def _completeness(results: Results, sources: Sources) -> str:
 
 def _next(results: Results, sources: Sources, compared: Compared) -> str:
     """The command that would tell more; empty where the rest of the trials comes first."""
-    seeds = seeds_needed([*compared[0], *compared[1]])
+    items = [*compared[0], *compared[1]]
+    seeds = seeds_needed(items)
+    few = results.trials["seed"].nunique() < FEWEST_SEEDS
+    if seeds is None and few and any(item.stable.verdict == "cannot tell" for item in items):
+        seeds = USUAL_SEEDS
     if seeds is None or sources.with_seeds is None or not _is_whole(results):
         return ""
     return f"To tell more:\n\n{fenced(sources.with_seeds(seeds), 'sh')}"

@@ -197,10 +197,10 @@ class Runs:
     @property
     def interval(self) -> Interval:
         """95 % interval of the change of the mean, second less first."""
-        from scipy.stats import t
+        from scipy.special import stdtrit
 
         gap, (_, variance, freedom) = self.means[1] - self.means[0], self._scatter()
-        reach = float(t.ppf(0.5 + CONFIDENCE / 2.0, freedom)) * sqrt(variance) if freedom else inf
+        reach = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2.0)) * sqrt(variance) if freedom else inf
         found = Interval(gap - reach, gap + reach)
         if not self.outcomes:
             return found

@@ -178,6 +178,6 @@ def _shuffles(before: np.ndarray, tonight: np.ndarray, level: float) -> np.ndarr
 
 def _quantiles(tail: float) -> tuple[float, float]:
     """Normal quantiles of the level's tail and of the power."""
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
-    return float(norm.isf(tail)), float(norm.ppf(POWER))
+    return -float(ndtri(tail)), float(ndtri(POWER))

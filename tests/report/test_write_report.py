@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from gaitlab.errors import UsageError
+from gaitlab.documents.steps import heard
+from gaitlab.errors import GaitlabError, UsageError
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.metrics import measure
 from gaitlab.report import write_report
 from gaitlab.report.gather import gather
-from gaitlab.report.sources import sources
+from gaitlab.report.sources import differences, sources
 from gaitlab.store import Store, TrialRecord
 from tests.report.builder import walk_log
 
@@ -172,3 +174,72 @@ def test_experiments_with_other_rows_do_not_share_a_page(
     other = load_experiment(both[1].path, settings=OTHER_ROWS)
     with pytest.raises(UsageError, match="one by one"):
         gather([both[0], other], store)
+
+
+def test_a_page_of_two_experiments_says_first_what_differs_in_their_files(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    for asked in both:
+        run(store, asked)
+    text = write_report(both, store, tmp_path / "out").read_text("utf-8")
+    first = next(line for line in text.splitlines() if line.startswith("|"))
+    assert [cell.strip() for cell in first.strip("|").split("|")][1:] == ["plainly", "cleverly"]
+    rows = [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| `")]
+    assert rows == ["`gait.heel_strike`", "`gait.landing_deceleration`"]
+    assert differences(both[:1]) == differences([both[0], both[0]]) == ""
+
+
+@pytest.mark.parametrize("labels", [("as printed", "ours"), ("as printed", ""), ("twice", "twice")])
+def test_rows_carry_the_labels_of_their_experiments(
+    store: Store, both: list[Experiment], labels: tuple[str, str]
+) -> None:
+    for asked in both:
+        run(store, asked)
+    called = [
+        replace(one, report=replace(one.report, label=label))
+        for one, label in zip(both, labels, strict=True)
+    ]
+    own = [variant.label for variant in gather(both, store).variants]
+    shown = [variant.label for variant in gather(called, store).variants]
+    wanted = [label or name for label, name in zip(labels, own, strict=True)]
+    assert shown == (wanted if len(set(wanted)) == 2 else own)
+
+
+def test_a_label_changes_nothing_that_a_store_remembers(tmp_path: Path) -> None:
+    plain = experiment(tmp_path, "plainly", optimised=False)
+    assert load_experiment(plain.path, ["report.label=ours"]).digest == plain.digest
+
+
+def test_a_variant_of_a_number_has_its_unit(store: Store, both: list[Experiment]) -> None:
+    path = both[0].path.with_name("periods.yaml")
+    text = both[0].path.read_text().replace("name: plainly", "name: periods")
+    text = text.replace("}\nseeds", ", gait.gait_period: [0.7, 0.8]}\nseeds")
+    path.write_text(text.replace("seeds: 2", "seeds: 1"))
+    asked = load_experiment(path)
+    run(store, asked)
+    labels = {variant.label for variant in gather([asked], store).variants}
+    assert labels == {"gait period 0.7 s", "gait period 0.8 s"}
+
+
+def test_what_is_done_is_said_while_it_is_done(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0])
+    said: list[list[str]] = []
+    for _ in range(2):
+        with heard(lambda text: said[-1].append(text)):
+            said.append([])
+            write_report(both[:1], store, tmp_path / "out")
+    first, again = said
+    assert any("stable_share" in text for text in first)
+    assert set(again) < set(first)  # nothing is drawn again
+
+
+def test_a_file_in_the_way_is_refused_and_kept(
+    store: Store, both: list[Experiment], tmp_path: Path
+) -> None:
+    run(store, both[0])
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(GaitlabError, match="out"):
+        write_report(both[:1], store, tmp_path / "out", html=True)
+    assert (tmp_path / "out").read_text() == "mine"

@@ -67,6 +67,8 @@ class WalkPanel:
 
 def balance_figure(columns: Sequence[WalkPanel]) -> Figure:
     """Pitch and roll of all seeds; ZMP, support polygon and loaded feet of the shown one."""
+    from matplotlib.ticker import MaxNLocator
+
     with style():
         figure = new_figure(height=sum(HEIGHTS) + 1.0)
         axes = figure.subplots(
@@ -85,7 +87,7 @@ def balance_figure(columns: Sequence[WalkPanel]) -> Figure:
             _draw(axis, column, window)
             axis[0].set_title(wrapped(column.walk.title, width=84 // len(columns)))
             axis[-1].set_xlabel("time since walking at full amplitude [s]")
-            axis[-1].locator_params(axis="x", nbins=TICKS)
+            axis[-1].xaxis.set_major_locator(MaxNLocator(TICKS))
         _finish(axes, columns, window)
         figure.legend(handles=_keys(), loc="outside lower center", ncols=4, fontsize=7.5)
     return figure
