@@ -13,6 +13,7 @@ from gaitlab.documents.steps import heard
 from gaitlab.errors import GaitlabError, UsageError
 from gaitlab.experiment import Experiment, load_experiment
 from gaitlab.experiment.plan import PlannedTrial, plan
+from gaitlab.experiment.shell import command
 from gaitlab.metrics import measure
 from gaitlab.report import write_report
 from gaitlab.report.gather import gather
@@ -147,6 +148,14 @@ def test_a_trial_that_another_experiment_ran_counts_here_too(
     run(store, both[0])
     other = load_experiment(both[0].path, settings=("name=other", "seeds=1"))
     assert set(gather([other], store).trials["state"]) == {"DONE"}
+
+
+def test_a_command_with_more_seeds_names_their_number_once() -> None:
+    asked = load_experiment("eros_quick", ["engine.name=mujoco"], seeds=2)
+    words = shlex.split(command("run", [asked], Path("data"), "--seeds", "18"))
+    assert words[-2:] == ["--seeds", "18"]
+    assert "engine.name=mujoco" in words
+    assert not [word for word in words if word.startswith("seeds=")]
 
 
 def test_the_command_of_the_page_repeats_the_options(store: Store, both: list[Experiment]) -> None:
