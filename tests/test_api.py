@@ -125,7 +125,7 @@ def test_what_is_simulated_in_memory_has_the_bits_of_the_stored_trial(
             {name: value for name, value in stored.metrics.items() if value is not None}
             | {name: None for name, value in trial.metrics.items() if value is None},
         )
-        assert tiny.simulate(cells.loc[index].to_dict(), seed=row.seed).id == trial.id
+        assert tiny.simulate(cells.loc[index], seed=row.seed).id == trial.id
 
 
 def test_a_setting_is_the_one_of_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,6 +200,14 @@ def test_what_is_wrong_is_an_error_of_gaitlab(tmp_path: Path) -> None:
         gaitlab.load("eros_small").run(tmp_path, jobs=0)
     with pytest.raises(UsageError):
         gaitlab.load("eros_quick").optimize(tmp_path, jobs=0)
+    loaded = gaitlab.load("eros_quick")
+    for wrong in ({"jobs": -1}, {"shard": "5/4"}, {"shard": "half"}):
+        with pytest.raises(UsageError):
+            loaded.run(tmp_path, **wrong)  # type: ignore[arg-type]
+    with pytest.raises(UsageError):
+        loaded.report(format="pdf", store=tmp_path)  # type: ignore[arg-type]
+    with pytest.raises(NothingRun):
+        loaded.report(store=tmp_path)
     with pytest.raises(NothingRun):
         gaitlab.open_store(tmp_path).trials()
     with pytest.raises(GaitlabError):
