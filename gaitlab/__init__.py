@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gaitlab.experiment.plan import Cell, Plan
     from gaitlab.log import TrialLog
     from gaitlab.running import Progress, Summary
+    from gaitlab.running.executor import Cluster
     from gaitlab.search.search import SearchCallback, SearchResult
     from gaitlab.store import Scalar, Shard, Store
 
@@ -118,6 +119,7 @@ class LoadedExperiment:
         shard: str | Shard | None = None,
         retry_failed: bool = False,
         progress: Progress | None = None,
+        cluster: Cluster | None = None,
     ) -> Summary:
         """Simulate the trials that the store does not hold yet; safe to stop at any time.
 
@@ -127,6 +129,7 @@ class LoadedExperiment:
             shard: `"1/4"` for the first of four shares of the experiment.
             retry_failed: Run trials again that failed before.
             progress: Is called as trials start and end.
+            cluster: Has the workers, instead of `jobs`; see `gaitlab.running.executor`.
 
         Returns:
             What was planned, found, done, infeasible and failed. An interrupted run says so.
@@ -149,6 +152,7 @@ class LoadedExperiment:
             shard=Shard.of(shard) if isinstance(shard, str) else shard,
             retry_failed=retry_failed,
             progress=progress,
+            cluster=cluster,
         )
 
     def optimize(
@@ -160,6 +164,7 @@ class LoadedExperiment:
         baseline: Literal["random"] | None = None,
         validation: bool = True,
         callback: SearchCallback | None = None,
+        cluster: Cluster | None = None,
     ) -> SearchResult:
         """Search a study for the parameters that walk best, and check the winner.
 
@@ -171,6 +176,7 @@ class LoadedExperiment:
             validation: Whether to hold the final and walk the winner on fresh seeds, on other
                 grounds and around its values, as `report` tells.
             callback: Is called as the search goes on.
+            cluster: Has the workers, instead of `jobs`.
 
         Returns:
             The finished candidates, `history`, and why the search ended.
@@ -188,10 +194,16 @@ class LoadedExperiment:
             _refuse(f"baseline {baseline!r}: allowed is random, or nothing")
         results, workers = _store(store), _workers(jobs)
         wanted = random_sibling(self.experiment) if baseline else self.experiment
-        result = optimize(wanted, results, jobs=workers, storage=storage, callback=callback)
+        result = optimize(
+            *(wanted, results),
+            jobs=workers,
+            storage=storage,
+            callback=callback,
+            cluster=cluster,
+        )
         if not (validation and result.over):
             return result
-        run = running(results, workers, others=storage is not None)
+        run = running(results, workers, others=storage is not None, cluster=cluster)
         history, whole = hold_final(result.history, results, run)
         if whole:
             validate(history, results, run, around=not baseline)
@@ -226,10 +238,9 @@ class LoadedExperiment:
         """One trial in this process; nothing is stored, and its bits are those of a stored one.
 
         Args:
-            cell: Its number in `cells`, a row of them, or so many of its values that no other has them too:
-                `{"gait.step_length": 0.04, "surface": "grass_50mm"}`. Of a study, a value for
-            cell: Its number in `cells`, a row of them, or so many of its values that no other cell has
-                them too:
+            cell: Its number in `cells`, a row of them, or so many of its values that no other cell
+                has them too: `{"gait.step_length": 0.04, "surface": "grass_50mm"}`. Of a study, a
+                value for each path that is searched, and a ground if it has several.
             seed: Number of the replicate, one of the experiment's or any other.
 
         Raises:
@@ -457,16 +468,16 @@ def _store(place: StorePlace) -> Store:
 
 
 def _workers(jobs: int | None) -> int:
-    """Worker processes, by default one a core that this process may use.
+    """Worker processes, by default one for each processor there is to use.
 
     Raises:
         UsageError: If their number is negative.
     """
-    if jobs is not None:
-        if jobs < 0:
-            _refuse(f"jobs {jobs}: allowed is 0, which is this process, or a number of processes")
-        return jobs
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    from gaitlab.running import processors
+
+    if jobs is not None and jobs < 0:
+        _refuse(f"jobs {jobs}: allowed is 0, which is this process, or a number of processes")
+    return processors() if jobs is None else jobs
 
 
 def _refuse(message: str) -> None:

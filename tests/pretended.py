@@ -70,6 +70,16 @@ def pretend_held(
     return pretend_well(trial_id, trial, store)
 
 
+def pretend_late(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """On grass one never ends and one crashes its worker."""
+    values, on_grass = trial["gait"]["values"], trial["names"]["surface"] != "carpet_4mm"
+    if on_grass and values["step_length"] == 0.0 and values["lateral_sway"] == 0.01:
+        time.sleep(60.0)
+    if on_grass and values["step_length"] == 0.08 and values["lateral_sway"] == 0.01:
+        os._exit(3)
+    return pretend_well(trial_id, trial, store)
+
+
 def pretend_falling(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
     """On carpet every robot falls in standing, on grass every other one in walking."""
     standing = trial["names"]["surface"] == "carpet_4mm"

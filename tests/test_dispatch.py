@@ -11,11 +11,18 @@ from pathlib import Path
 
 import pytest
 
+from gaitlab.cli.common import plan_object
 from gaitlab.errors import StoreError
 from gaitlab.experiment.plan import plan
-from gaitlab.running import Ended, Progress, Summary, dispatch, outlook
+from gaitlab.running import Ended, Progress, Summary, cost, dispatch, outlook
 from gaitlab.store import Shard, Store
-from tests.pretended import experiment, pretend, pretend_falling, pretend_well
+from tests.pretended import (
+    experiment,
+    pretend,
+    pretend_falling,
+    pretend_late,
+    pretend_well,
+)
 
 ROOT = Path(__file__).parent.parent
 CELLS = 24
@@ -109,6 +116,26 @@ def test_every_trial_ends_in_one_state_and_failures_wait_to_be_asked_for(
     monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
     again = dispatch(experiment(), store, jobs=0, retry_failed=True)
     assert (again.cached, again.done, again.failed) == (23, 1, 0)
+
+
+def test_a_trial_that_only_took_too_long_is_run_again_by_the_next_run(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever else a trial failed by waits to be asked for."""
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_late)
+    monkeypatch.setattr("gaitlab.running.executor.TIMEOUT", 1.0)
+    monkeypatch.setattr("gaitlab.running.executor.TIMEOUT_RATIO", 0.0)
+    first = dispatch(experiment(), store, jobs=2)
+    assert (first.done, first.failed, first.left) == (CELLS - 2, 2, 0)
+    found = outlook(experiment(), store)
+    assert (found.count("timed out before"), found.count("failed before")) == (1, 1)
+    assert found.due(retry_failed=False) == {"timed out before": 1}
+    due = plan_object(found, cost(plan(experiment()), 1, 1))["to_run"]
+    assert due == {"new": 0, "file_damaged": 0, "failed_before": 1, "timed_out_before": 1}
+    monkeypatch.setattr("gaitlab.running.processes.simulated", pretend_well)
+    second = dispatch(experiment(), store, jobs=0)
+    assert (second.cached, second.done, second.failed, second.left) == (CELLS - 2, 1, 1, 0)
+    assert dispatch(experiment(), store, jobs=0).done == 0
 
 
 @pytest.mark.usefixtures("well")

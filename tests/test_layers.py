@@ -52,6 +52,9 @@ OWNERS = {
     "matplotlib": {"report", "render", "papers"},
     "PIL": {"render"},
     "trimesh": {"model"},
+    "dask": {"running"},
+    "distributed": {"running"},
+    "dask_jobqueue": {"running"},
 }
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if file != PACKAGE / "__init__.py")
 
@@ -86,6 +89,12 @@ def test_a_heavy_library_has_one_user(file: Path) -> None:
     outside = {name.split(".")[0] for name in imports(file)}
     wrong = [name for name in outside & set(OWNERS) if part_of(file) not in OWNERS[name]]
     assert not wrong, f"{file.name} imports {wrong}, which belong to {[OWNERS[w] for w in wrong]}"
+
+
+def test_dask_has_one_module() -> None:
+    dask = {"dask", "distributed", "dask_jobqueue"}
+    users = {name_of(f) for f in FILES if dask & {name.split(".")[0] for name in imports(f)}}
+    assert users == {"running/dask_connection.py"}
 
 
 @pytest.mark.parametrize("part", APART)

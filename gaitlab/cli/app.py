@@ -25,8 +25,10 @@ from gaitlab.cli.results import QueryCommand, merge, query, report, status, veri
 from gaitlab.cli.robot import robot
 from gaitlab.cli.running import run
 from gaitlab.cli.starting import new, schema
+from gaitlab.cli.submitting import submit
 from gaitlab.documents.printable import is_utf8
 from gaitlab.errors import FileError, GaitlabError, StoreError, UsageError
+from gaitlab.kinematics.caches import lend_caches
 
 INTERRUPTED = 130  # exit code, as of a shell after Ctrl-C
 READING = ("list", "show", "query", "ik", "fk", "compare-log")
@@ -109,6 +111,7 @@ def gaitlab(
 
 
 app.command(short_help="Simulate what the store does not hold yet.")(run)
+app.command(short_help="Run an experiment on a SLURM cluster, in shards.")(submit)
 app.command(short_help="Search for the parameters that walk best.")(optimize)
 app.command(short_help="Write the tables and figures of experiments or studies.")(report)
 app.command(name="list", short_help="List robots, gaits, surfaces, servos, experiments.")(
@@ -137,6 +140,7 @@ app.command(short_help="Check every checksum, simulate some trials again.")(veri
 def run_command_line(arguments: Sequence[str]) -> int:
     """Carry out a command and give its exit code; nothing it raises gets past here."""
     words = list(arguments) or ["--help"]
+    lend_caches()
     try:
         _require_utf8(words)
         return int(_command()(words, prog_name="gaitlab", standalone_mode=False) or 0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -17,6 +16,7 @@ from gaitlab.errors import UsageError
 if TYPE_CHECKING:
     from gaitlab.experiment import Experiment
     from gaitlab.running import Cost, Outlook, Progress, Standing, Summary
+    from gaitlab.running.dask_cluster import DaskCluster
     from gaitlab.store import Shard, Store
 
 MANY_TRIALS = 100_000  # more need --yes
@@ -47,6 +47,7 @@ def tell_engine() -> None:
 
 def tell_compiling(experiment: Experiment) -> None:
     """Say why nothing seems to happen at first where an engine has to be compiled."""
+    tell_cache()
     if "mujoco" not in experiment.engines:
         return
     from gaitlab.kinematics.compiled import is_kept
@@ -55,8 +56,22 @@ def tell_compiling(experiment: Experiment) -> None:
         tell("engine mujoco is compiled first, once on this machine, in half a minute or more")
 
 
+@cache
+def tell_cache() -> None:
+    """Say once where machine code is kept if not where it should be."""
+    from gaitlab.kinematics.caches import NAMED, code_folder
+
+    folder = code_folder()
+    if folder.refused:
+        where = f"in {folder.path}" if folder.path else "nowhere, so each process compiles anew"
+        tell(
+            f"what is compiled is kept {where}: {'; '.join(folder.refused)}. {NAMED}=DIR names "
+            "another folder"
+        )
+
+
 def worker_count(jobs: int | None) -> int:
-    """Worker processes that --jobs asks for, one a core by default.
+    """Worker processes that --jobs asks for, by default one for each processor there is to use.
 
     Raises:
         UsageError: If the number is negative or absurd.
@@ -65,11 +80,33 @@ def worker_count(jobs: int | None) -> int:
         raise UsageError(
             f"--jobs {jobs}: allowed is 0 (this process) or a number of processes up to {MOST_JOBS}"
         )
-    return _cores() if jobs is None else jobs
+    from gaitlab.running import processors
+
+    return processors() if jobs is None else jobs
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def cluster_of(dask: str | None, jobs: int | None, shared: bool) -> DaskCluster | None:
+    """The cluster that --dask asks for; nothing is started yet. None without it.
+
+    Raises:
+        UsageError: If another option does not go with it, or nothing of its form is there.
+        WrongValue: If Dask is not installed.
+        FileError: If the file for SLURM is wrong.
+    """
+    if dask is None:
+        if not shared:
+            raise UsageError("--no-shared-store: without --dask nothing walks elsewhere")
+        return None
+    if dask == "local" and jobs == 0:
+        raise UsageError("--jobs 0: a cluster of this machine needs a worker; -j 1 or more")
+    if dask != "local" and jobs is not None:
+        raise UsageError(
+            f"--jobs {jobs}: with --dask {dask} as many trials walk at a time as the cluster has "
+            "workers; leave -j out"
+        )
+    from gaitlab.running.dask_cluster import DaskCluster
+
+    return DaskCluster(dask, jobs=max(1, worker_count(jobs)), shared=shared)
 
 
 def refuse_quick(experiment: str, quick: bool) -> None:
@@ -115,7 +152,7 @@ def summary_text(summary: Summary, arguments: str, shard: Shard | None = None) -
     falls = f"The robot fell in {summary.falls} of them{early}. {duration(summary.seconds)}"
     if summary.left:
         return f"{counts}. {falls}\nGo on: gaitlab run {arguments}"
-    if summary.failed == summary.planned:
+    if summary.planned and summary.failed == summary.planned:
         return f"{counts}. {falls}\nTry again: gaitlab run {arguments} --retry-failed"
     if shard:
         return f"{counts}. {falls}\nWhen all shards have ended: gaitlab run {whole}"
@@ -142,6 +179,7 @@ def arguments_of(
 def tell_reasons(results: Store, name: str, summary: Summary) -> None:
     """Why trials have no result, each reason once, with a trial to look at."""
     from gaitlab.experiment.shell import store_option
+    from gaitlab.running.executor import TIMED_OUT
 
     if not summary.failed and not summary.infeasible:
         return
@@ -161,7 +199,10 @@ def tell_reasons(results: Store, name: str, summary: Summary) -> None:
             tell(f"{found} ({look})")
         if len(groups) > SHOWN_REASONS:
             tell(f"{state.lower()}: {len(groups) - SHOWN_REASONS} more reasons")
-    if summary.failed:
+    late = sum(e.state == "FAILED" and e.reason.startswith(TIMED_OUT) for e in wanted)
+    if late:
+        tell("Trials that timed out are run again by the same command; -j N takes fewer workers.")
+    if summary.failed > late:
         tell("`--retry-failed` runs failed trials again.")
 
 
@@ -184,7 +225,8 @@ def plan_text(found: Outlook, needed: Cost, retry_failed: bool, as_json: bool) -
 
 def plan_object(found: Outlook, needed: Cost) -> dict[str, object]:
     """What a plan is for machines."""
-    counts = {"new": 0, "file damaged": 0, "failed before": 0, **found.due(True)}
+    before = ("new", "file damaged", "failed before", "timed out before")
+    counts = {**dict.fromkeys(before, 0), **found.due(True)}
     return {
         "planned": found.planned,
         "cached": found.count("cached"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from gaitlab.cli.common import INTERRUPTED, tell_engine, worker_count
+from gaitlab.cli.common import INTERRUPTED, tell_cache, tell_engine, worker_count
 from gaitlab.cli.options import (
     DEFAULT_STORE,
     Engine,
@@ -81,6 +81,7 @@ def check(
     with other_output_on_stderr():
         wanted = load_experiment(experiment, with_engine(settings, engine), seeds)
     tell_engine()
+    tell_cache()
     before = None
     try:
         before = read_baseline(baseline)

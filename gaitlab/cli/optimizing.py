@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from contextlib import nullcontext
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from gaitlab.cli.common import INTERRUPTED, tell_compiling, tell_engine, worker_count
+from gaitlab.cli.common import (
+    INTERRUPTED,
+    cluster_of,
+    tell_compiling,
+    tell_engine,
+    worker_count,
+)
 from gaitlab.cli.options import (
     DEFAULT_STORE,
+    Dask,
     Engine,
     Jobs,
     Quiet,
     Settings,
+    SharedStore,
     StoreFolder,
     completed,
     with_engine,
@@ -28,6 +37,7 @@ from gaitlab.errors import UsageError
 if TYPE_CHECKING:
     from gaitlab import LoadedExperiment
     from gaitlab.experiment import Experiment
+    from gaitlab.running.executor import Cluster
     from gaitlab.search import History
     from gaitlab.search.search import SearchResult
     from gaitlab.store import Store
@@ -102,6 +112,8 @@ def optimize(
     study: StudyName,
     trials: Trials = None,
     jobs: Jobs = None,
+    dask: Dask = None,
+    shared_store: SharedStore = True,
     storage: StorageAddress = None,
     settings: Settings = None,
     engine: Engine = None,
@@ -138,19 +150,22 @@ def optimize(
     study_of(loaded.experiment)
     tell_engine()
     experiment = random_sibling(loaded.experiment) if baseline else loaded.experiment
-    results, workers = Store(store), worker_count(jobs)
-    if dry_run:
-        say(plan_text(experiment, results, storage, workers, as_json))
-        return 0
-    tell_compiling(experiment)
-    search = _OptimizeRun(
-        loaded, experiment, results, storage, workers, quiet, as_json, baseline is not None
-    )
-    try:
-        return search.run(export, given, validation)
-    except KeyboardInterrupt:
-        tell(f"stopped at once; what is committed is safe. Go on: {search.again}")
-        return INTERRUPTED
+    results = Store(store)
+    with cluster_of(dask, jobs, shared_store) or nullcontext() as cluster:
+        workers = cluster.workers if cluster else worker_count(jobs)
+        if dry_run:
+            say(plan_text(experiment, results, storage, workers, as_json))
+            return 0
+        tell_compiling(experiment)
+        search = _OptimizeRun(
+            *(loaded, experiment, results, storage, workers, cluster),
+            *(quiet, as_json, baseline is not None),
+        )
+        try:
+            return search.run(export, given, validation)
+        except KeyboardInterrupt:
+            tell(f"stopped at once; what is committed is safe. Go on: {search.again}")
+            return INTERRUPTED
 
 
 def _trials_setting(trials: int | None) -> list[str]:
@@ -171,6 +186,7 @@ class _OptimizeRun:
         store: Store,
         storage: str | None,
         jobs: int,
+        cluster: Cluster | None,
         quiet: bool,
         as_json: bool,
         random: bool,
@@ -179,7 +195,7 @@ class _OptimizeRun:
 
         self.loaded, self.experiment, self.store = loaded, experiment, store
         self.storage, self.jobs = storage, jobs
-        self.quiet, self.as_json, self.random = quiet, as_json, random
+        self.cluster, self.quiet, self.as_json, self.random = cluster, quiet, as_json, random
         self.shared = storage is not None
         self.again = command_line("optimize", experiment, store, storage)
         self.again += " --baseline random" if random else ""
@@ -199,6 +215,7 @@ class _OptimizeRun:
                 baseline="random" if self.random else None,
                 validation=False,
                 callback=search_progress(quiet=self.quiet),
+                cluster=self.cluster,
             )
         going = result.over
         if going and validation:
@@ -228,7 +245,13 @@ class _OptimizeRun:
             more = plural(len(self.experiment.seeds), "further seed")
             tell(f"Final: the best {len(waiting)} walk with {more} each; --no-validation skips it")
         with other_output_on_stderr():
-            run = running(self.store, self.jobs, progress(quiet=True), others=self.shared)
+            run = running(
+                self.store,
+                self.jobs,
+                progress(quiet=True),
+                cluster=self.cluster,
+                others=self.shared,
+            )
             history, completed = hold_final(result.history, self.store, run)
         return result.with_history(history), completed
 
@@ -242,7 +265,13 @@ class _OptimizeRun:
         if not self.quiet:
             self._say_effort(history)
         with other_output_on_stderr():
-            run = running(self.store, self.jobs, progress(quiet=self.quiet), others=self.shared)
+            run = running(
+                self.store,
+                self.jobs,
+                progress(quiet=self.quiet),
+                cluster=self.cluster,
+                others=self.shared,
+            )
             checked = validate(history, self.store, run, around=not self.random)
         if checked is None:
             return True

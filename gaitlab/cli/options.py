@@ -115,7 +115,7 @@ Jobs: TypeAlias = Annotated[
         "-j",
         "--jobs",
         metavar="N",
-        help="Worker processes, one a core by default; 0 runs in this process.",
+        help="Worker processes, one a usable core by default; 0 runs in this process.",
     ),
 ]
 ShardText: TypeAlias = Annotated[
@@ -125,6 +125,23 @@ ShardText: TypeAlias = Annotated[
         metavar="I/N",
         help="Run the I-th of N shares of the experiment, counted from 1; the others may be run "
         "at the same time, on this machine or on others that see the same store.",
+    ),
+]
+Dask: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--dask",
+        metavar="ADDRESS",
+        help="Walk on the workers of a Dask scheduler (tcp://host:8786, or the file it wrote), of "
+        "this machine (local, with -j), or of SLURM (slurm, with cluster.yaml, or a FILE.yaml).",
+    ),
+]
+SharedStore: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--shared-store/--no-shared-store",
+        help="Whether the workers of --dask see the folder of the results; else results travel "
+        "through the scheduler.",
     ),
 ]
 Quick: TypeAlias = Annotated[

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from enum import Enum
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitlab.cli.common import MOST_JOBS
+from gaitlab.cli.common import MOST_JOBS, worker_count
 from gaitlab.cli.options import DEFAULT_STORE, AllowCode, Force, StoreFolder, written_to
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
 from gaitlab.cli.trial_lookup import ADDRESS, complete_trials, trial_of
@@ -89,7 +88,7 @@ def replay(
             metavar="N",
             min=0,
             max=MOST_JOBS,
-            help="Painting processes, one a core by default; 0 paints in this process.",
+            help="Painting processes, one a usable core by default; 0 paints in this process.",
         ),
     ] = None,
     force: Force = False,
@@ -130,7 +129,7 @@ def replay(
             view=view.value,
             size=wanted,
             panels=panels,
-            jobs=os.cpu_count() or 1 if jobs is None else jobs,
+            jobs=worker_count(jobs),
             force=force,
         )
     length = f", {written.duration:.1f} s" if written.duration else ""

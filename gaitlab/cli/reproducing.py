@@ -23,6 +23,7 @@ from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction import Reproduction
 from gaitlab.running import Cost, Outlook, Summary, cost, dispatch, outlook, total
+from gaitlab.running.executor import Cluster
 from gaitlab.store import Shard, Store
 
 COUNTED = ("planned", "cached", "done", "infeasible", "failed", "left")  # of a summary
@@ -34,6 +35,7 @@ class RunOptions:
 
     Attributes:
         workers: Worker processes; 0 runs in this process.
+        cluster: Has the workers, elsewhere.
         shard: Which share of each experiment to run; None for all of them.
         retry_failed: Run trials again that failed before.
         as_json: Print the counts as one object.
@@ -44,6 +46,7 @@ class RunOptions:
     """
 
     workers: int
+    cluster: Cluster | None
     shard: Shard | None
     retry_failed: bool
     as_json: bool
@@ -123,6 +126,7 @@ def _run_in_turn(
                 shard=options.shard,
                 retry_failed=options.retry_failed,
                 progress=progress,
+                cluster=options.cluster,
             )
         tell_reasons(store, member.listed_as, done[member.name])
     return done

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -11,12 +12,14 @@ from gaitlab.cli.common import (
     INTERRUPTED,
     SOME_FAILED,
     arguments_of,
+    cluster_of,
     plan_text,
     progress_of,
     refuse_large,
     refuse_quick,
     share_of,
     summary_text,
+    tell_cache,
     tell_compiling,
     tell_engine,
     tell_reasons,
@@ -24,6 +27,7 @@ from gaitlab.cli.common import (
 )
 from gaitlab.cli.options import (
     DEFAULT_STORE,
+    Dask,
     Engine,
     ExperimentName,
     Jobs,
@@ -32,6 +36,7 @@ from gaitlab.cli.options import (
     Seeds,
     Settings,
     ShardText,
+    SharedStore,
     StoreFolder,
     with_engine,
 )
@@ -52,6 +57,8 @@ def run(
         bool, typer.Option("-n", "--dry-run", help="Say what would run, and why; run nothing.")
     ] = False,
     jobs: Jobs = None,
+    dask: Dask = None,
+    shared_store: SharedStore = True,
     seeds: Seeds = None,
     settings: Settings = None,
     engine: Engine = None,
@@ -88,59 +95,65 @@ def run(
     from gaitlab.running import cost, outlook
     from gaitlab.store import Shard, Store
 
-    results, workers = Store(store), worker_count(jobs)
+    results = Store(store)
     share = None if shard is None else Shard.of(shard)
     settings = with_engine(settings, engine)
-    if is_reproduction(experiment):
-        from gaitlab.cli.reproducing import RunOptions, run_members
-        from gaitlab.papers.reproduction import load_reproduction
+    with cluster_of(dask, jobs, shared_store) or nullcontext() as cluster:
+        workers = cluster.workers if cluster else worker_count(jobs)
+        if is_reproduction(experiment):
+            from gaitlab.cli.reproducing import RunOptions, run_members
+            from gaitlab.papers.reproduction import load_reproduction
 
-        with other_output_on_stderr():
-            whole = load_reproduction(experiment, quick=quick, settings=settings, seeds=seeds)
-        tell_engine()
-        again = arguments_of(experiment, settings, seeds, store, quick=quick)
-        options = RunOptions(
-            workers=workers,
-            shard=share,
-            retry_failed=retry_failed,
-            as_json=as_json,
-            json_lines=json_lines,
-            quiet=quiet,
-            yes=yes,
-            again=again,
-        )
-        return run_members(whole, results, options, dry_run=dry_run)
-    refuse_quick(experiment, quick)
-    with other_output_on_stderr():
-        loaded = load(experiment, settings, seeds)
-    wanted = loaded.experiment
-    refuse_study(wanted)
-    tell_engine()
-    planned = plan(wanted, programs=False)
-    refuse_large(cost(planned, share_of(planned.size, share), workers), yes)
-    if dry_run:
-        found = outlook(wanted, results, share)
-        due = sum(found.due(retry_failed).values())
-        needed = cost(planned, due, workers)
-        say(plan_text(found, needed, retry_failed, as_json or json_lines))
-        return 0
-    tell_compiling(wanted)
-    for command in planned.written_by:
-        tell(f"walks that are not written yet are now, by {command}")
-    progress = progress_of(quiet, json_lines)
-    again = arguments_of(experiment, settings, seeds, store)
-    try:
-        with other_output_on_stderr():
-            summary = loaded.run(
-                store,
-                jobs=workers,
+            with other_output_on_stderr():
+                whole = load_reproduction(experiment, quick=quick, settings=settings, seeds=seeds)
+            tell_engine()
+            again = arguments_of(experiment, settings, seeds, store, quick=quick)
+            options = RunOptions(
+                workers=workers,
+                cluster=cluster,
                 shard=share,
                 retry_failed=retry_failed,
-                progress=progress,
+                as_json=as_json,
+                json_lines=json_lines,
+                quiet=quiet,
+                yes=yes,
+                again=again,
             )
-    except KeyboardInterrupt:
-        tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
-        return INTERRUPTED
+            if not dry_run:
+                tell_cache()
+            return run_members(whole, results, options, dry_run=dry_run)
+        refuse_quick(experiment, quick)
+        with other_output_on_stderr():
+            loaded = load(experiment, settings, seeds)
+        wanted = loaded.experiment
+        refuse_study(wanted)
+        tell_engine()
+        planned = plan(wanted, programs=False)
+        refuse_large(cost(planned, share_of(planned.size, share), workers), yes)
+        if dry_run:
+            found = outlook(wanted, results, share)
+            due = sum(found.due(retry_failed).values())
+            needed = cost(planned, due, workers)
+            say(plan_text(found, needed, retry_failed, as_json or json_lines))
+            return 0
+        tell_compiling(wanted)
+        for command in planned.written_by:
+            tell(f"walks that are not written yet are now, by {command}")
+        progress = progress_of(quiet, json_lines)
+        again = arguments_of(experiment, settings, seeds, store)
+        try:
+            with other_output_on_stderr():
+                summary = loaded.run(
+                    store,
+                    jobs=workers,
+                    shard=share,
+                    retry_failed=retry_failed,
+                    progress=progress,
+                    cluster=cluster,
+                )
+        except KeyboardInterrupt:
+            tell(f"stopped at once; what is committed is safe. Go on: gaitlab run {again}")
+            return INTERRUPTED
     tell_reasons(results, wanted.listed_as, summary)
     if wanted.form:
         tell(f"the trials of this form of {wanted.name} are listed as {wanted.listed_as}")

@@ -162,12 +162,17 @@ class Plan:
                 yield cell.index * len(seeds) + number, planned
 
     @property
+    def sample(self) -> list[Trial]:
+        """One trial of each of some cells, evenly spaced over the plan."""
+        maker, seed = _Maker(self.experiment, self.programs), self.experiment.seeds[0]
+        every = max(1, self.cell_count // SAMPLED_CELLS)
+        return [Trial(**maker.shared(values), seed=seed) for values in self._spaced(every)]
+
+    @property
     def seconds(self) -> float:
         """Simulated seconds of a trial if the robot stays up, the mean over a sample of cells."""
-        maker = _Maker(self.experiment, self.programs)
-        every = max(1, self.cell_count // SAMPLED_CELLS)
-        sample = [maker.shared(values) for values in self._spaced(every)]
-        return sum(duration(part["gait"], part["horizon"]) for part in sample) / len(sample)
+        sample = self.sample
+        return sum(duration(trial.gait, trial.horizon) for trial in sample) / len(sample)
 
     def _spaced(self, every: int) -> Iterator[Mapping[str, Value]]:
         """Every so many cells, found by index and not by counting through."""

@@ -4,6 +4,7 @@ One trial from its numbers to its commit, executors that run many, and the sweep
 trial simulates is in `gaitlab.simulation`, what is asked next in `gaitlab.search`.
 """
 
+from gaitlab.running.cpu import processors
 from gaitlab.running.outlook import Cost, Outlook, Standing, cost, outlook
 from gaitlab.running.summary import Ended, Progress, Started, Summary, total
 from gaitlab.running.sweep import dispatch
@@ -19,5 +20,6 @@ __all__ = [
     "cost",
     "dispatch",
     "outlook",
+    "processors",
     "total",
 ]

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from gaitlab.errors import StoreError, UnknownName
@@ -17,8 +18,9 @@ from gaitlab.running.worker import Task
 from gaitlab.store import Claims, Store, TrialRecord
 
 LOOK = 0.2  # s between two looks at what other runs are simulating
-TIMEOUT = 120.0  # s any trial may take
-TIMEOUT_RATIO = 20.0  # s of wall time per simulated second, some fifty times the usual
+TIMEOUT = 120.0  # s of work that any trial may take
+TIMEOUT_RATIO = 20.0  # s of work per simulated second, some fifty times the usual
+TIMED_OUT = "time-out"  # how the reason of a trial begins that took too long; it may be the machine
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +30,8 @@ class Job:
     Attributes:
         trial_id: Identity of the trial.
         trial: The trial as plain data.
-        timeout: Longest time it may take, in [s]; only worker processes can keep to it.
+        timeout: How long it may work, and how long do nothing, in [s]; only worker processes can
+            keep to it.
     """
 
     trial_id: str
@@ -70,6 +73,25 @@ class Executor(Protocol):
     @property
     def running(self) -> int:
         """Jobs in flight."""
+
+
+class Cluster(Protocol):
+    """Worker processes elsewhere, which outlive a run."""
+
+    @property
+    def workers(self) -> int:
+        """How many there are, or are to be."""
+
+    def executor(
+        self, store: Path, task: Callable[..., TrialRecord], message: Callable[[str], None]
+    ) -> Executor:
+        """What runs trials there into a store.
+
+        Args:
+            store: Folder of the store.
+            task: What to do with a trial; takes the folder of the store as `store`.
+            message: Is given what the user should know at once.
+        """
 
 
 class Serial:

@@ -11,14 +11,16 @@ from gaitlab.errors import StoreError
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, duration, plan
 from gaitlab.running.basis import Past, basis
+from gaitlab.running.executor import TIMED_OUT
+from gaitlab.running.pace import Pace
 from gaitlab.store import Index, Listed, Shard, Store, listed, shares
 
-WALL_RATIO = 0.35  # s of one core for a simulated second, see benchmarks
 BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks
 
-# One of the four below, or what changed since the same cell was asked for: `surface changed`.
+# One of the five below, or what changed since the same cell was asked for: `surface changed`.
 Standing: TypeAlias = str
 CACHED, NEW, DAMAGED, FAILED_BEFORE = "cached", "new", "file damaged", "failed before"
+TIMED_OUT_BEFORE = "timed out before"  # as may be the machine's fault, so it is run again
 KEPT_OUT = ("newer", "unreachable")  # files that no run may replace
 
 
@@ -74,11 +76,17 @@ class Outlook:
 
 
 def cost(planned: Plan, trials: int, jobs: int) -> Cost:
-    """What this many trials of a plan take with this many workers, counted without expanding."""
-    first = next(planned.trials())
-    ticks = planned.seconds / first.trial.engine.dt
-    seconds = trials * planned.seconds * WALL_RATIO / max(1, jobs)
-    return Cost(trials=trials, seconds=seconds, size=trials * ticks * BYTES_PER_TICK)
+    """What this many trials of a plan take with this many workers, counted without expanding.
+
+    Time goes by how fast this machine has simulated such trials so far.
+    """
+    sample = [(trial, duration(trial.gait, trial.horizon)) for trial in planned.sample]
+    ticks = sum(seconds / trial.engine.dt for trial, seconds in sample) / len(sample)
+    return Cost(
+        trials=trials,
+        seconds=trials * Pace.here().mean(sample) / max(1, jobs),
+        size=trials * ticks * BYTES_PER_TICK,
+    )
 
 
 def outlook(experiment: Experiment, store: Store, shard: Shard | None = None) -> Outlook:
@@ -126,8 +134,10 @@ def standings(index: Index, past: Past) -> Callable[[Listed], Standing]:
 
     def standing(wanted: Listed) -> Standing:
         entry = index.entries.get(wanted.trial_id)
+        if entry is not None and entry.state == "FAILED":
+            return TIMED_OUT_BEFORE if entry.reason.startswith(TIMED_OUT) else FAILED_BEFORE
         if entry is not None:
-            return FAILED_BEFORE if entry.state == "FAILED" else CACHED
+            return CACHED
         error = unreadable.get(wanted.trial_id)
         if error is not None and error.kind in KEPT_OUT:
             raise StoreError(str(error)) from error

@@ -5,6 +5,11 @@ had, which is run once more before it counts as lost. Workers are spawned, repla
 `MAX_TRIALS`, deaf to the terminal's signals and die with the driver. Each may allocate its share of
 the machine's memory.
 
+A time-out counts the processor time that a worker has used, not the time on the clock: where many
+workers share little, all are slow and none is wrong. A worker that uses none for as long, although
+it could, hangs and is ended too. On a slow machine trials may work longer, by what those that have
+ended here took.
+
 A pool of the standard library breaks as a whole when one worker dies. pebble's survives most
 deaths, but waits out the time-out when a worker leaves with exit code 0 and breaks when an idle
 worker dies, so the workers are kept here: a pipe and a process each.
@@ -18,24 +23,29 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
-from typing import IO
+from typing import IO, TypeAlias
 
-from gaitlab.running.executor import Executor, Job, Outcome, Serial
+from gaitlab.running.cpu import LOOK, WorkClock
+from gaitlab.running.executor import TIMED_OUT, Cluster, Executor, Job, Outcome, Serial
 from gaitlab.running.worker import OUT_OF_MEMORY, Task, serve, simulated
 from gaitlab.store import TrialRecord
 
 MAX_TRIALS = 50  # of one worker; bounds whatever the physics engine leaks
 ATTEMPTS = 2  # a worker may die for reasons of its own once
 LEAST_MEMORY = 4 << 30  # byte; libraries reserve far more than they use
-START_TIME = 60.0  # s granted for the start of a worker on a cold, busy disk
+START_TIME = 60.0  # s of work, or of none, granted for the start of a worker on a cold, busy disk
+SOON = 0.05  # s, the least between two looks at a worker whose time is nearly up
+ROOM = 10.0  # times what the slowest trial so far has taken of its limit, every other may take
+STRETCH = 20.0  # times its limit, the longest that any may take; no machine is so slow
 LAST_WORDS = 25  # lines of a dead worker's output kept in the reason
+Due: TypeAlias = tuple[Job, tuple[str, ...]]  # and how its earlier attempts were lost
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -45,11 +55,19 @@ class Child:
     Args:
         task: What it does with a trial.
         memory: What it may allocate, in [byte]; None for as much as there is.
+
+    Attributes:
+        job: What it has been given; None while it has nothing to do.
+        lost: How earlier attempts at the job ended.
+        done: Jobs that have ended here.
+        start: When the job began, in [s].
+        deadline: When it has to be looked at again, in [s], both of the monotonic clock.
     """
 
     def __init__(self, task: Task, memory: int | None = None) -> None:
         self.job: Job | None = None
-        self.attempt, self.done, self.start, self.deadline = 0, 0, 0.0, 0.0
+        self.lost: tuple[str, ...] = ()
+        self.done, self.start, self.deadline = 0, 0.0, 0.0
         self._ready = False
         self._output = _output_file()
         self._pipe, other = get_context("spawn").Pipe()
@@ -58,8 +76,9 @@ class Child:
             args=(other, task, os.getpid(), Path(self._output.name), memory),
             daemon=True,
         )
-        with _deaf_child(), _single_threaded_child(), _without_main():
+        with deaf_child(), _single_threaded_child(), _without_main():
             self._process.start()
+        self._clock = WorkClock(self._process.pid or 0)
         other.close()
 
     @property
@@ -72,32 +91,37 @@ class Child:
         """What becomes ready when it answers or ends."""
         return self._pipe, self._process.sentinel
 
-    def give(self, job: Job, attempt: int) -> None:
+    @property
+    def share(self) -> float:
+        """Of the job's limit, how much it has worked so far."""
+        self._clock.look()
+        return self._clock.worked / self.job.timeout if self.job and self.job.timeout else 0.0
+
+    def give(self, job: Job, lost: tuple[str, ...] = ()) -> None:
         """Hand it a job; its time-out starts as soon as the process is ready."""
-        self.job, self.attempt = job, attempt
-        self.start = time.monotonic()
-        self.deadline = self.start + (job.timeout if self._ready else START_TIME)
+        self.job, self.lost = job, lost
+        self._begin()
         try:
             self._pipe.send((job.trial_id, job.trial))
         except OSError:
             return  # it has died meanwhile; `answer` finds that out
 
-    def answer(self) -> TrialRecord | Exception | str | None:
-        """Record or exception of the job, how it was lost, or None while it runs."""
-        found: TrialRecord | Exception | str | None = self._received()
-        if found is None and not self.alive:
-            found = self._received() or self._death()
-        elif found is None and time.monotonic() >= self.deadline:
-            self._process.kill()
-            self._process.join()
-            timeout = self.job.timeout if self.job is not None else 0.0
-            what = (
-                f"done within {timeout:.0f} s" if self._ready else f"started in {START_TIME:.0f} s"
-            )
-            found = f"time-out: not {what}{self._last_words()}"
-        if found is not None:
-            self.job, self.done = None, self.done + 1
-        return found
+    def answer(self, stretch: float = 1.0) -> TrialRecord | Exception | str | None:
+        """Record or exception of the job, how it was lost, or None while it runs.
+
+        Args:
+            stretch: How many times as long as its job says a trial may work here.
+        """
+        answer: TrialRecord | Exception | str | None = self._received()
+        if answer is None and not self.alive:
+            answer = self._received() or self._death()
+        elif answer is None and time.monotonic() >= self.deadline:
+            answer = self._overtime(stretch)
+        return answer
+
+    def free(self) -> None:
+        """Take the job away: it has ended, one way or the other."""
+        self.job, self.done = None, self.done + 1
 
     def kill(self) -> None:
         """End the process at once, whatever it does."""
@@ -106,14 +130,41 @@ class Child:
         self._pipe.close()
         self._output.close()
 
+    def _begin(self) -> None:
+        """Count the time of the start, or of the job, from now on."""
+        self._clock.restart()
+        self.start = time.monotonic()
+        self.deadline = self.start + min(LOOK, self._limit)
+
+    @property
+    def _limit(self) -> float:
+        if not self._ready:
+            return START_TIME
+        return self.job.timeout if self.job is not None else 0.0
+
+    def _overtime(self, stretch: float) -> str | None:
+        """End the process if its time is up, and say so; else see when to look again."""
+        self._clock.look()
+        idle, work = self._limit, self._limit * (stretch if self._ready else 1.0)
+        left = min(idle - self._clock.idle, work - self._clock.worked)
+        if left > 0.0:
+            self.deadline = time.monotonic() + max(SOON, min(LOOK, left))
+            return None
+        self._process.kill()
+        self._process.join()
+        hangs = self._clock.idle >= idle
+        how = f"{idle:.0f} s, in which it did nothing" if hangs else f"{work:.0f} s of work"
+        what = "done" if self._ready else "started"
+        return f"{TIMED_OUT}: not {what} within {how}{self._last_words()}"
+
     def _received(self) -> TrialRecord | Exception | None:
         try:
             while self._pipe.poll():
                 message: TrialRecord | Exception | str = self._pipe.recv()
                 if not isinstance(message, str):
                     return message
-                self._ready, self.start = True, time.monotonic()
-                self.deadline = self.start + (self.job.timeout if self.job is not None else 0.0)
+                self._ready = True
+                self._begin()
             return None
         except (EOFError, OSError):
             self._process.join(timeout=1.0)  # the pipe closes an instant before the process ends
@@ -141,7 +192,7 @@ def _output_file() -> IO[str]:
 
 
 @contextmanager
-def _deaf_child() -> Iterator[None]:
+def deaf_child() -> Iterator[None]:
     """A process started herein never sees the signals that stop a run, not even while importing."""
     deaf = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, deaf)
@@ -207,7 +258,8 @@ class Processes:
         self._memory = memory or fair_memory(workers)
         self._slots = workers
         self._workers: list[Child] = []
-        self._again: deque[tuple[Job, int]] = deque()
+        self._again: deque[Due] = deque()
+        self._slowest = 0.0  # the largest share of its limit that a trial has taken here
         self._draining = False
 
     @property
@@ -230,7 +282,7 @@ class Processes:
         Raises:
             Exception: What the task itself raised in a worker, a `StoreError` for instance.
         """
-        waiting = map(lambda job: (job, 1), jobs)  # unlike a generator, it goes on after an end
+        waiting = map(lambda job: (job, ()), jobs)  # unlike a generator, it goes on after an end
         try:
             while self._assign(waiting):
                 for worker in self._ready():
@@ -242,7 +294,7 @@ class Processes:
                 worker.kill()
             self._workers.clear()
 
-    def _assign(self, waiting: Iterator[tuple[Job, int]]) -> bool:
+    def _assign(self, waiting: Iterator[Due]) -> bool:
         """Give every free worker a job; False when nothing runs and nothing is left."""
         for slot in range(self._slots):
             if slot < len(self._workers) and self._workers[slot].job is not None:
@@ -258,7 +310,7 @@ class Processes:
             self._workers[slot].give(*following)
         return self.running > 0
 
-    def _next(self, waiting: Iterator[tuple[Job, int]]) -> tuple[Job, int] | None:
+    def _next(self, waiting: Iterator[Due]) -> Due | None:
         if self._draining:
             return None
         return self._again.popleft() if self._again else next(waiting, None)
@@ -271,23 +323,42 @@ class Processes:
 
     def _collect(self, worker: Child) -> Outcome | None:
         """Outcome of a worker's job; None if it still runs or is to be run again."""
-        job, attempt, seconds = worker.job, worker.attempt, time.monotonic() - worker.start
-        answer = worker.answer()
+        job, seconds = worker.job, time.monotonic() - worker.start
+        answer = worker.answer(max(1.0, min(STRETCH, ROOM * self._slowest)))
         if job is None or answer is None:
             return None
-        if isinstance(answer, Exception):
-            raise answer
+        if isinstance(answer, TrialRecord):
+            self._slowest = max(self._slowest, worker.share)
+        worker.free()
         if isinstance(answer, TrialRecord):
             return Outcome(job=job, record=answer)
-        if attempt < ATTEMPTS:
-            self._again.append((job, attempt + 1))
+        if isinstance(answer, Exception):
+            raise answer
+        lost = (*worker.lost, answer)
+        if len(lost) < ATTEMPTS:
+            self._again.append((job, lost))
             return None
+        worst = next((reason for reason in lost if not reason.startswith(TIMED_OUT)), lost[-1])
         return Outcome(
-            job=job, record=None, reason=f"{answer}\n({attempt} attempts)", seconds=seconds
+            job=job, record=None, reason=f"{worst}\n({len(lost)} attempts)", seconds=seconds
         )
 
 
-def executor(store: Path, jobs: int) -> Executor:
-    """What simulates trials into a store: so many worker processes, or with 0 this process."""
+def executor(
+    store: Path,
+    jobs: int,
+    cluster: Cluster | None = None,
+    message: Callable[[str], None] = lambda text: None,
+) -> Executor:
+    """What simulates trials into a store: so many worker processes, with 0 this process.
+
+    Args:
+        store: Folder of the store.
+        jobs: Worker processes; 0 for this process.
+        cluster: Has workers instead, elsewhere.
+        message: Is given what the user should know at once.
+    """
+    if cluster is not None:
+        return cluster.executor(store, simulated, message)
     task = partial(simulated, store=store)
     return Processes(task, jobs) if jobs else Serial(task)

@@ -16,14 +16,16 @@ from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
-from gaitlab.running.executor import Considerate, Executor, Job, Outcome, job_of
+from gaitlab.running.executor import Cluster, Considerate, Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
 from gaitlab.running.outlook import CACHED, FAILED_BEFORE, cost, dealt, standings
+from gaitlab.running.pace import Pace
 from gaitlab.running.processes import executor
 from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Ended, Progress, Started, Summary
 from gaitlab.simulation.engines import engine_of, require_engine
+from gaitlab.simulation.trial import Trial
 from gaitlab.store import (
     Held,
     Scalar,
@@ -49,6 +51,7 @@ def dispatch(
     others: bool = False,
     retry_failed: bool = False,
     progress: Progress | None = None,
+    cluster: Cluster | None = None,
 ) -> Summary:
     """Run the trials of an experiment, or of a shard of it, that the store does not hold yet.
 
@@ -62,8 +65,10 @@ def dispatch(
         jobs: Worker processes; 0 runs every trial in this process.
         shard: Which share of the experiment to run; None for all of it.
         others: Whether other processes may run the same meanwhile, since they share a search.
-        retry_failed: Run trials again that failed before.
+        retry_failed: Run trials again that failed before; those that only took too long are in any
+            case.
         progress: Is called as the run goes on; a terminal or a reader that has gone stops no run.
+        cluster: Has the workers, instead of `jobs`.
 
     Raises:
         NoEngine: If an engine that it asks for is not installed.
@@ -83,9 +88,10 @@ def dispatch(
             shard=shard,
             retry_failed=retry_failed,
             progress=progress or Progress(),
-            forecast=Forecast(workers=jobs),
+            forecast=Forecast(workers=cluster.workers if cluster else jobs),
         )
-        return sweep.run(Considerate(executor(store.path, jobs), store))
+        walks = executor(store.path, jobs, cluster, sweep.message)
+        return sweep.run(Considerate(walks, store))
 
 
 def share_out(experiment: Experiment, store: Store, count: int) -> None:
@@ -116,6 +122,8 @@ class _Sweep:
     order: list[str] = field(default_factory=list)  # ids of the plan, each made only once
     kinds: dict[str, Kind] = field(default_factory=dict)  # of the trials of the plan, by id
     running: dict[str, Started] = field(default_factory=dict)  # trials that workers have, by id
+    trials: dict[str, Trial] = field(default_factory=dict)  # the same
+    pace: Pace = field(default_factory=Pace.here)
     cells: dict[str, int] = field(default_factory=dict)  # of the trials of the plan, by id
     standing: Counter[int] = field(default_factory=Counter)  # falls before the first step, by cell
     standing_reported: bool = False
@@ -145,6 +153,7 @@ class _Sweep:
                     self._keep(outcome)
         finally:
             self._report(self.progress.finish, self.summary)
+            self.pace.save()
 
     def _take_stock(self, planned: Plan) -> dict[str, float]:
         """Register the plan, count what is there; simulated time of each trial that is due, by id.
@@ -200,7 +209,7 @@ class _Sweep:
         """The jobs, each reported as an executor takes it, for it takes what it starts."""
         for job, item in _jobs(planned, self.order, todo):
             started = Started(trial_id=job.trial_id, cell=item.values, seed=item.trial.seed)
-            self.running[job.trial_id] = started
+            self.running[job.trial_id], self.trials[job.trial_id] = started, item.trial
             kind, seconds = self.kinds[job.trial_id], todo[job.trial_id]
             self.forecast.start(job.trial_id, kind, seconds, time.monotonic())
             self._report(self.progress.started, started)
@@ -213,6 +222,7 @@ class _Sweep:
         now = time.monotonic()
         walked = outcome.record.provenance.get("wall_time") if outcome.record else None
         self.forecast.end(record.trial_id, now, walked if isinstance(walked, float) else None)
+        self.pace.learn(self.trials.pop(record.trial_id), record)
         self.summary = replace(
             _counted(self.summary, record),
             seconds=now - self.start,
@@ -247,7 +257,7 @@ class _Sweep:
         where = ", ".join(
             f"{path.rpartition('.')[2]} {value}" for path, value in trial.cell.items()
         )
-        self._message(
+        self.message(
             f"{where}: does not stand, {count} of {seeds} seeds fell before their first step; "
             "further such cells are only counted"
         )
@@ -256,7 +266,8 @@ class _Sweep:
         with suppress(OSError):
             call(value)
 
-    def _message(self, text: str) -> None:
+    def message(self, text: str) -> None:
+        """Something the user should know now."""
         self._report(self.progress.message, text)
 
     def _stop(self, executor: Executor, number: int) -> None:
@@ -265,14 +276,14 @@ class _Sweep:
             raise KeyboardInterrupt
         executor.drain()
         self.summary = replace(self.summary, interrupted=True)
-        self._message(f"stopping: {executor.running} running trials are finished first")
+        self.message(f"stopping: {executor.running} running trials are finished first")
 
     def _warn_of_little_room(self, planned: Plan) -> None:
         needed = cost(planned, self.summary.left, 1).size
         with suppress(OSError):
             free = shutil.disk_usage(self.store.path).free
             if free < needed:
-                self._message(
+                self.message(
                     f"the disk has {_megabytes(free)} free and this run needs up to "
                     f"{_megabytes(needed)}; if it fills up, nothing committed is lost"
                 )

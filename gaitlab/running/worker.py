@@ -11,15 +11,16 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from gaitlab.errors import GaitlabError
 from gaitlab.store import TrialRecord
 
+R = TypeVar("R")
 READY = "ready"  # first message of a worker: it has imported what its task needs
 OUT_OF_MEMORY = 12  # exit code, ENOMEM
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -41,6 +42,15 @@ def simulated(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
     return run_trial(trial_id, trial, store)
 
 
+def encoded(trial_id: str, trial: Mapping[str, Any]) -> tuple[TrialRecord, bytes]:
+    """A trial that is not committed here: its record, and its file for who commits it."""
+    from gaitlab.running.run_trial import simulate_trial
+    from gaitlab.store.parquet import encode
+
+    record, log = simulate_trial(trial_id, trial)
+    return record, encode(record, log)
+
+
 def serve(pipe: Connection, task: Task, driver: int, output: Path, memory: int | None) -> None:
     """Run the trials that come through the pipe until it closes.
 
@@ -53,18 +63,21 @@ def serve(pipe: Connection, task: Task, driver: int, output: Path, memory: int |
         memory: What it may allocate, in [byte]; None for as much as there is.
     """
     _die_with(driver)
-    _write_to(output)
-    _limit(memory)
+    write_to(output)
+    limit_memory(memory)
     pipe.send(READY)
     while True:
         try:
             trial_id, trial = pipe.recv()
         except (EOFError, OSError):
             return
-        pipe.send(_answer(task, trial_id, trial))
+        pipe.send(answer(task, trial_id, trial))
 
 
-def _answer(task: Task, trial_id: str, trial: Mapping[str, Any]) -> TrialRecord | Exception:
+def answer(
+    task: Callable[[str, Mapping[str, Any]], R], trial_id: str, trial: Mapping[str, Any]
+) -> R | Exception:
+    """What a task makes of a trial, or what it raised; lack of memory ends the process."""
     try:
         return task(trial_id, trial)
     except GaitlabError as error:
@@ -92,7 +105,7 @@ def _watch(driver: int) -> None:
     os._exit(1)
 
 
-def _limit(memory: int | None) -> None:
+def limit_memory(memory: int | None) -> None:
     """A trial that eats memory loses its worker, not the machine and not the driver."""
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(_FIRST_VICTIM)
@@ -100,7 +113,7 @@ def _limit(memory: int | None) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
 
 
-def _write_to(output: Path) -> None:
+def write_to(output: Path) -> None:
     """Physics engines print to stdout, which belongs to the user's table."""
     file = output.open("wb", buffering=0)
     os.dup2(file.fileno(), 1)

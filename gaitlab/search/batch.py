@@ -19,6 +19,7 @@ from gaitlab.experiment.plan import PlannedTrial, duration, plan
 from gaitlab.experiment.study import Study
 from gaitlab.running.executor import Executor, Job, job_of
 from gaitlab.running.executor import Outcome as Ended
+from gaitlab.running.pace import Pace
 from gaitlab.running.sweep import settle
 from gaitlab.search.candidates import Candidate, CandidateState, costs
 from gaitlab.search.database import Pending
@@ -77,6 +78,7 @@ class TrialRunner:
         walked: Called after every trial that was walked.
         count: Trials that were walked.
         seconds: Simulated time of those, in [s].
+        pace: How fast they were, for the next time that somebody asks how long it takes.
     """
 
     store: Store
@@ -86,6 +88,7 @@ class TrialRunner:
     walked: Callable[[], None]
     count: int = 0
     seconds: float = 0.0
+    pace: Pace = field(default_factory=Pace.here)
     _queue: deque[Job] = field(default_factory=deque)
     _under_way: dict[str, PlannedTrial] = field(default_factory=dict)
     _made: dict[str, TrialOutcome] = field(default_factory=dict)
@@ -101,6 +104,7 @@ class TrialRunner:
     def close(self) -> None:
         """End the workers, whatever they do."""
         self._ended.close()
+        self.pace.save()
 
     def has(self, item: PlannedTrial) -> bool:
         """Whether a trial is in the store."""
@@ -160,6 +164,7 @@ class TrialRunner:
         record = ended.record or settle(self.store, ended)
         self.store.note(record)
         item = self._under_way.pop(record.trial_id)
+        self.pace.learn(item.trial, record)
         self._made[record.trial_id] = outcome_of(item, record.state, record.metrics)
         self.count += 1
         self.seconds += self.time(item)

@@ -18,7 +18,7 @@ from typing import Literal, TypeAlias
 from gaitlab.experiment import Experiment, study_of
 from gaitlab.experiment.study import Study
 from gaitlab.running.basis import basis
-from gaitlab.running.executor import Considerate, Executor
+from gaitlab.running.executor import Cluster, Considerate, Executor
 from gaitlab.running.processes import executor
 from gaitlab.running.signals import stoppable
 from gaitlab.search import heartbeat
@@ -137,6 +137,7 @@ def optimize(
     jobs: int,
     storage: str | None = None,
     callback: SearchCallback | None = None,
+    cluster: Cluster | None = None,
 ) -> SearchResult:
     """Go on with the search of a study until its total of candidates is finished.
 
@@ -151,6 +152,7 @@ def optimize(
         storage: Address of a database that several machines share; by default a file of the
             store.
         callback: Is called as the search goes on; a terminal that has gone stops no search.
+        cluster: Has the workers, instead of `jobs`.
 
     Raises:
         UsageError: If the experiment is no study, or the sampler's library is missing.
@@ -163,6 +165,7 @@ def optimize(
     for name in experiment.engines | ({study.confirm} if study.confirm else set()):
         require_engine(name)
     wanted = asks_for(experiment, basis(experiment))
+    callback = callback or SearchCallback()
     with (
         store.writing(experiment.listed_as, others=storage is not None) as held,
         Database.opened(experiment, store, storage, wanted) as database,
@@ -173,10 +176,10 @@ def optimize(
             store=store,
             held=held,
             database=database,
-            executor=Considerate(executor(store.path, jobs), store),
-            workers=max(1, jobs),
+            executor=Considerate(executor(store.path, jobs, cluster, callback.message), store),
+            workers=max(1, cluster.workers if cluster else jobs),
             shared=storage is not None,
-            callback=callback or SearchCallback(),
+            callback=callback,
         )
         return search.run()
 

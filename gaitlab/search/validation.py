@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.study import Numbers
-from gaitlab.running import Progress, dispatch
-from gaitlab.running.outlook import WALL_RATIO
+from gaitlab.running import Progress, cost, dispatch
+from gaitlab.running.executor import Cluster
 from gaitlab.search.candidates import Candidate, History
 from gaitlab.search.fresh import (
     DEFAULT,
@@ -73,7 +73,7 @@ def effort(
         numbers = sum(isinstance(item, Numbers) for item in history.study.search)
         seeds, grounds = len(margin_seeds(experiment)), len(experiment.parts.surfaces)
         walks += 2 * MOST_STEPS * numbers * seeds * grounds
-    seconds = walks * plan(winner).seconds * WALL_RATIO / max(1, jobs)
+    seconds = cost(plan(winner), walks, jobs).seconds
     return ValidationCost(chosen=walked.chosen, walks=walks, seconds=seconds)
 
 
@@ -84,7 +84,12 @@ def walk_nothing(experiment: Experiment) -> bool:
 
 
 def running(
-    store: Store, jobs: int, progress: Progress | None = None, *, others: bool = False
+    store: Store,
+    jobs: int,
+    progress: Progress | None = None,
+    *,
+    cluster: Cluster | None = None,
+    others: bool = False,
 ) -> Run:
     """What carries out the experiments of a validation with some worker processes.
 
@@ -92,11 +97,14 @@ def running(
         store: Where trials go.
         jobs: Worker processes; 0 runs every trial in this process.
         progress: Is called as trials run.
+        cluster: Has the workers, instead of `jobs`.
         others: Whether other processes share the search, and so its validation.
     """
 
     def run(experiment: Experiment) -> bool:
-        summary = dispatch(experiment, store, jobs=jobs, others=others, progress=progress)
+        summary = dispatch(
+            experiment, store, jobs=jobs, others=others, progress=progress, cluster=cluster
+        )
         return not summary.interrupted
 
     return run

@@ -180,6 +180,14 @@ class Store(TrialFiles):
         """As `register`, for a search: it proposes its trials as it goes."""
         return write_listed(self._experiments, experiment, lines, basis)
 
+    def folder_of(self, experiment: str) -> Path:
+        """Folder of what belongs to an experiment; it may not be there yet.
+
+        Raises:
+            WrongValue: If the name can be that of no folder.
+        """
+        return self._experiments / checked_name(experiment)
+
     def share_out(self, experiment: str, numbers: Mapping[str, int], count: int) -> None:
         """Keep how an experiment is shared out: trial id to the number of its shard."""
         write_shares(self._experiments, experiment, numbers, count)

@@ -52,9 +52,17 @@ class TrialFiles:
         Raises:
             StoreError: If it cannot be written, or a newer gaitlab has written this trial.
         """
-        path = self.file(record.trial_id)
+        self.commit_file(record.trial_id, parquet.encode(record, log))
+
+    def commit_file(self, trial_id: str, content: bytes) -> None:
+        """The same for the file of a trial that was encoded elsewhere.
+
+        Raises:
+            StoreError: If it cannot be written, or a newer gaitlab has written this trial.
+        """
+        path = self.file(trial_id)
         self.make_way(path)
-        write_durably(path, parquet.encode(record, log), within=self.path)
+        write_durably(path, content, within=self.path)
 
     def make_way(self, path: Path) -> None:
         """Prepare the place of a trial's file: what somebody else wrote there is set aside.

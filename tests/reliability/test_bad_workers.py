@@ -12,13 +12,14 @@ from pathlib import Path
 import pytest
 
 from gaitlab.running import dispatch
+from gaitlab.running.executor import TIMED_OUT
 from gaitlab.store import Store
 from tests.reliability import sweeps
 
 ONE_CELL = ("grid.gait.step_length=[0.0]", "grid.gait.lateral_sway=[0.01]")
 REASONS = {
     "segfault": "signal SIGSEGV",
-    "hang": "time-out: not done within 4 s",
+    "hang": TIMED_OUT,
     "exit": "exit code 3",
     "eat": "out of memory",
 }
