@@ -129,7 +129,7 @@ class LoadedExperiment:
             shard: `"1/4"` for the first of four shares of the experiment.
             retry_failed: Run trials again that failed before.
             progress: Is called as trials start and end.
-            cluster: Has the workers, instead of `jobs`.
+            cluster: Has the workers, instead of `jobs`; see `gaitlab.running.executor`.
 
         Returns:
             What was planned, found, done, infeasible and failed. An interrupted run says so.
@@ -190,14 +190,20 @@ class LoadedExperiment:
         from gaitlab.search.search import optimize
         from gaitlab.search.validation import running, validate
 
+        if baseline not in (None, "random"):
+            _refuse(f"baseline {baseline!r}: allowed is random, or nothing")
         results, workers = _store(store), _workers(jobs)
         wanted = random_sibling(self.experiment) if baseline else self.experiment
         result = optimize(
-            wanted, results, jobs=workers, storage=storage, callback=callback, cluster=cluster
+            *(wanted, results),
+            jobs=workers,
+            storage=storage,
+            callback=callback,
+            cluster=cluster,
         )
         if not (validation and result.over):
             return result
-        run = running(results, workers, cluster=cluster, others=storage is not None)
+        run = running(results, workers, others=storage is not None, cluster=cluster)
         history, whole = hold_final(result.history, results, run)
         if whole:
             validate(history, results, run, around=not baseline)
@@ -228,13 +234,13 @@ class LoadedExperiment:
         """The log of a trial, a row a tick; see `OpenedStore.ticks`."""
         return OpenedStore(path=_store(store).path).ticks(trial)
 
-    def simulate(self, cell: int | Mapping[str, Any], seed: int = 0) -> SimulatedTrial:
+    def simulate(self, cell: int | Mapping[str, Any] | pd.Series, seed: int = 0) -> SimulatedTrial:
         """One trial in this process; nothing is stored, and its bits are those of a stored one.
 
         Args:
-            cell: Its number in `cells`, or so many of its values that no other has them too:
-                `{"gait.step_length": 0.04, "surface": "grass_50mm"}`. Of a study, a value for
-                each path that is searched, and a ground if it has several.
+            cell: Its number in `cells`, a row of them, or so many of its values that no other cell
+                has them too: `{"gait.step_length": 0.04, "surface": "grass_50mm"}`. Of a study, a
+                value for each path that is searched, and a ground if it has several.
             seed: Number of the replicate, one of the experiment's or any other.
 
         Raises:
@@ -243,7 +249,7 @@ class LoadedExperiment:
         """
         from gaitlab.running.run_trial import simulate_trial
 
-        planned, chosen = self._cell(cell)
+        planned, chosen = self._cell(cell.to_dict() if hasattr(cell, "to_dict") else cell)
         trial = planned.trial(chosen, seed)
         record, log = simulate_trial(trial.id, trial.to_dict())
         return SimulatedTrial(
@@ -288,6 +294,8 @@ class LoadedExperiment:
         from gaitlab.report import write_report
         from gaitlab.report.study.page import write_study_report
 
+        if format not in ("md", "html"):
+            _refuse(f"format {format!r}: allowed is md or html")
         results, folder = _store(store), None if output is None else Path(output)
         asked = [loaded.experiment for loaded in (self, *others)]
         form: dict[str, Any] = {"html": format == "html", "tables": tables, "force": force}
@@ -460,10 +468,22 @@ def _store(place: StorePlace) -> Store:
 
 
 def _workers(jobs: int | None) -> int:
-    """Worker processes, by default one for each processor that there is to use."""
+    """Worker processes, by default one for each processor there is to use.
+
+    Raises:
+        UsageError: If their number is negative.
+    """
     from gaitlab.running import processors
 
+    if jobs is not None and jobs < 0:
+        _refuse(f"jobs {jobs}: allowed is 0, which is this process, or a number of processes")
     return processors() if jobs is None else jobs
+
+
+def _refuse(message: str) -> None:
+    from gaitlab.errors import UsageError
+
+    raise UsageError(message)
 
 
 def _plain(value: Any) -> Any:

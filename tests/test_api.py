@@ -125,7 +125,7 @@ def test_what_is_simulated_in_memory_has_the_bits_of_the_stored_trial(
             {name: value for name, value in stored.metrics.items() if value is not None}
             | {name: None for name, value in trial.metrics.items() if value is None},
         )
-        assert tiny.simulate(cells.loc[index].to_dict(), seed=row.seed).id == trial.id
+        assert tiny.simulate(cells.loc[index], seed=row.seed).id == trial.id
 
 
 def test_a_setting_is_the_one_of_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,7 +148,7 @@ def test_a_setting_is_the_one_of_the_command_line(monkeypatch: pytest.MonkeyPatc
     assert typed.experiment == written.experiment
 
 
-def test_a_report_and_a_search_from_python_are_those_of_the_command_line(
+def test_a_page_from_python_is_that_of_the_command_line(
     tiny: gaitlab.LoadedExperiment, tmp_path: Path
 ) -> None:
     page = tiny.report(output=tmp_path / "python")
@@ -157,15 +157,17 @@ def test_a_report_and_a_search_from_python_are_those_of_the_command_line(
     assert ours == theirs
 
 
-def test_a_search_from_python_finds_what_the_command_line_finds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("validation", [False, True])
+def test_a_search_from_python_walks_what_the_command_line_walks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, validation: bool
 ) -> None:
     monkeypatch.setattr("gaitlab.running.processes.simulated", pretended.pretend_well)
     settings = ["study.trials=4", "seeds=1"]
     result = gaitlab.load("eros_small", set=settings).optimize(
-        tmp_path / "python", jobs=0, validation=False
+        tmp_path / "python", jobs=0, validation=validation
     )
-    words = ["--set", settings[0], "--set", settings[1], "-j", "0", "--no-validation", "--quiet"]
+    words = ["--set", settings[0], "--set", settings[1], "-j", "0", "--quiet"]
+    words += [] if validation else ["--no-validation"]
     assert run_command_line(["optimize", "eros_small", *words, "--store", f"{tmp_path}/line"]) == 0
     ours, theirs = (Store(tmp_path / name).states() for name in ("python", "line"))
     assert ours == theirs
@@ -200,6 +202,14 @@ def test_what_is_wrong_is_an_error_of_gaitlab(tmp_path: Path) -> None:
         gaitlab.load("eros_small").run(tmp_path, jobs=0)
     with pytest.raises(UsageError):
         gaitlab.load("eros_quick").optimize(tmp_path, jobs=0)
+    loaded = gaitlab.load("eros_quick")
+    for wrong in ({"jobs": -1}, {"shard": "5/4"}, {"shard": "half"}):
+        with pytest.raises(UsageError):
+            loaded.run(tmp_path, **wrong)  # type: ignore[arg-type]
+    with pytest.raises(UsageError):
+        loaded.report(format="pdf", store=tmp_path)  # type: ignore[arg-type]
+    with pytest.raises(NothingRun):
+        loaded.report(store=tmp_path)
     with pytest.raises(NothingRun):
         gaitlab.open_store(tmp_path).trials()
     with pytest.raises(GaitlabError):

@@ -158,15 +158,8 @@ def optimize(
             return 0
         tell_compiling(experiment)
         search = _OptimizeRun(
-            loaded,
-            experiment,
-            results,
-            storage,
-            workers,
-            cluster,
-            quiet,
-            as_json,
-            baseline is not None,
+            *(loaded, experiment, results, storage, workers, cluster),
+            *(quiet, as_json, baseline is not None),
         )
         try:
             return search.run(export, given, validation)
@@ -201,8 +194,8 @@ class _OptimizeRun:
         from gaitlab.search.database import command_line
 
         self.loaded, self.experiment, self.store = loaded, experiment, store
-        self.storage, self.jobs, self.cluster = storage, jobs, cluster
-        self.quiet, self.as_json, self.random = quiet, as_json, random
+        self.storage, self.jobs = storage, jobs
+        self.cluster, self.quiet, self.as_json, self.random = cluster, quiet, as_json, random
         self.shared = storage is not None
         self.again = command_line("optimize", experiment, store, storage)
         self.again += " --baseline random" if random else ""

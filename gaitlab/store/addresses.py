@@ -179,6 +179,7 @@ def _fits(place: FoundTrial, part: str) -> bool:
     if part.isdigit() or (equals and path == "seed"):
         return str(labels["seed"]) == value
     values = {**labels, **place.values}
+    values.pop("seed", None)  # which is named by its digits, and would be found in 0.0
     if not equals:
         return any(_same(known, part) for known in values.values())
     return any(
