@@ -10,7 +10,7 @@ import base64
 import hashlib
 import json
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import cache
 from html import escape
 from importlib import resources
@@ -68,7 +68,7 @@ def address(trial_id: str) -> str:
 
 
 def write_replay_page(
-    replays: Sequence[Replay],
+    replays: Iterable[Replay],
     path: Path,
     *,
     title: str = "",
@@ -79,7 +79,8 @@ def write_replay_page(
     """Write trials as one file of HTML.
 
     Args:
-        replays: The trials. Which are shown, an address in the page says: `#ID` or `#ID,OTHER`.
+        replays: The trials; one at a time is held. Which of them are shown, an address in the page
+            says: `#ID` or `#ID,OTHER`.
         path: The file, replaced once it is whole.
         title: Of the page; by default what its first trial is.
         menu: HTML beside the picture, whose links to `address` choose a trial.
@@ -94,8 +95,10 @@ def write_replay_page(
         StoreError: If the file cannot be written.
     """
     robots: dict[str, Mapping[str, Any]] = {}
-    trials = []
+    trials: list[dict[str, Any]] = []
+    speed = 1.0
     for replay in replays:
+        speed = replay.clip.speed
         body = body_of(replay.shown.trial.robot)
         name = hashlib.sha256(json.dumps(body).encode()).hexdigest()[:SHORT]
         robots[name] = body
@@ -114,7 +117,6 @@ def write_replay_page(
             "distance": FAR if isinf(point.distance) else point.distance,
         },
     }
-    speed = replays[0].clip.speed if replays else 1.0
     heading = title or (f"{trials[0]['title']}: {trials[0]['verdict']}" if trials else MARK)
     write_text(path, _document(heading, menu, content, speed))
     return max((track["count"] for track in trials), default=0)

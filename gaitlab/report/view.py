@@ -5,10 +5,11 @@ One HTML file, `replays.html`, beside that of the report, which leads to it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
+from typing import TypeAlias
 
 from gaitlab.documents.outputs import refuse_other
 from gaitlab.documents.steps import step
@@ -34,8 +35,8 @@ from gaitlab.report.words import (
 from gaitlab.store import Store
 
 FILE = "replays.html"
-FPS, FEWEST_FPS = 25.0, 5.0  # instants a second of walking
 MOST_INSTANTS = 55_000  # of a page, at some 140 bytes each
+FEWEST = 5.0  # instants in a second of walking, however many and long the walks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +61,9 @@ class _Chosen:
     trial_id: str
     role: str
     place: str
+
+
+_Cells: TypeAlias = Mapping[tuple[str, Value, Value], Sequence[_Chosen]]  # by variant, row, column
 
 
 def write_view(
@@ -124,20 +128,17 @@ def _chosen(results: Results, variant: Variant, row: Value, column: Value) -> It
         yield _Chosen(trial_id=middle, role="median", place=place)
 
 
-def _replays(results: Results, chosen: list[_Chosen]) -> list[Replay]:
+def _replays(results: Results, chosen: Sequence[_Chosen]) -> Iterator[Replay]:
+    """The walks one after another, each trial once; a long one has fewer instants a second."""
     once = {item.trial_id: item for item in reversed(chosen)}
-    shown = [
-        (Recorded(name, results.trial(name), results.log(name), item.place), item.role)
-        for name, item in reversed(once.items())
-    ]
-    seconds = sum(float(trial.log["time"][-1]) for trial, _ in shown)
-    fps = min(FPS, max(FEWEST_FPS, MOST_INSTANTS / max(seconds, 1.0)))
-    return [Replay(trial, clip_of([trial.log], fps=fps), role) for trial, role in shown]
+    for name, item in reversed(once.items()):
+        shown = Recorded(name, results.trial(name), results.log(name), item.place)
+        clip = clip_of([shown.log])
+        most = MOST_INSTANTS / len(once) / max(clip.end - clip.begin, 1.0)
+        yield Replay(shown, replace(clip, fps=min(clip.fps, max(FEWEST, most))), item.role)
 
 
-def _menu(
-    results: Results, chosen: Mapping[tuple[str, Value, Value], list[_Chosen]], report: str
-) -> str:
+def _menu(results: Results, chosen: _Cells, report: str) -> str:
     """The tables of the cells, whose links choose what is shown."""
     trials = results.trials
     there = int((trials["state"] != "MISSING").sum())
@@ -157,11 +158,7 @@ def _menu(
     return "\n".join(parts)
 
 
-def _table(
-    results: Results,
-    variant: Variant,
-    chosen: Mapping[tuple[str, Value, Value], list[_Chosen]],
-) -> str:
+def _table(results: Results, variant: Variant, chosen: _Cells) -> str:
     corner = "" if results.rows == ONE_ROW else path_text(results.rows)
     titles = [column_text(results, column) for column in results.column_values]
     head = "".join(f'<th scope="col">{escape(title)}</th>' for title in (corner, *titles))
@@ -178,8 +175,9 @@ def _table(
 
 
 def _cell(
-    results: Results, variant: Variant, row: Value, column: Value, chosen: list[_Chosen]
+    results: Results, variant: Variant, row: Value, column: Value, chosen: Sequence[_Chosen]
 ) -> str:
+    """Verdict and count of a cell, and the ways to its walks."""
     cell = results.cell(variant, row, column)
     links = " ".join(
         f'<a href="{address(item.trial_id)}" title="{escape(item.place)}">{item.role}</a>'

@@ -24,7 +24,14 @@ from gaitlab.render import Recorded, clip_of
 from gaitlab.render.replay_page import NoViewer, Replay, three_js, write_replay_page
 from gaitlab.render.scene import link_poses, ticks_at
 from gaitlab.render.track import LEVELS, packed, verdict_of
-from tests.report.browser import CHROMIUM, SOFTWARE_GL, Browser, browser
+from tests.report.browser import (
+    CHROMIUM,
+    SOFTWARE_GL,
+    Browser,
+    accessibility_rules,
+    browser,
+    serious,
+)
 from tests.synthetic import header
 from tests.trials import trial
 from tests.walked import walked
@@ -293,14 +300,17 @@ def test_the_clock_is_moved_by_keys_by_hand_and_by_itself(stage: Stage, tmp_path
     stage.tab.value("(t => { t.value = 0.1; t.dispatchEvent(new Event('input')); })(time)")
     assert stage.state("now") == pytest.approx(0.1, abs=1e-3)
     assert stage.state("playing") is False
+    play_at = "(s => {{ s.value = {}; s.dispatchEvent(new Event('change')); }})(speed)"
+    stage.tab.value(play_at.format(0.05))  # so slowly that the end is far away
     stage.tab.press(" ")
     assert stage.state("playing") is True
-    stage.tab.value("(s => { s.value = 4; s.dispatchEvent(new Event('change')); })(speed)")
+    stage.tab.value(play_at.format(4))
     for _ in range(200):
         if not stage.state("playing"):
             break
         stage.tab.value(SETTLED)
     assert stage.state("now") == pytest.approx(clip.end, abs=1e-4)
+    stage.tab.value(play_at.format(0.05))
     stage.tab.value("document.querySelector('.fall').click()")
     assert stage.state("playing") is True
 
@@ -330,6 +340,21 @@ def test_no_trial_at_all_is_a_page(stage: Stage, tmp_path: Path) -> None:
     write_replay_page([], tmp_path / "none.html", menu="<p>Every trial failed.</p>")
     stage.open(tmp_path / "none.html", "")
     assert stage.tab.value("document.querySelector('#menu p').innerText") == "Every trial failed."
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_rules_of_accessibility_hold(
+    scheme: str, stage: Stage, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    rules = accessibility_rules(tmp_path_factory.mktemp("axe"))
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    stage.tab.ask("Emulation.setEmulatedMedia", features=features)
+    menu = (
+        "<h1>Walks</h1><table><tr><td class='unstable'><b>U</b> <a href='#1234'>worst</a></table>"
+    )
+    stage.open(page(tmp_path / "both.html", recorded(), fallen(recorded("hard_floor")), menu=menu))
+    assert serious(stage.tab, rules) == []
+    stage.tab.ask("Emulation.setEmulatedMedia", features=[])
 
 
 @BROWSERS

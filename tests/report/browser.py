@@ -7,10 +7,13 @@ import json
 import os
 import shutil
 import subprocess
+import tarfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 OPTIONS = (
@@ -24,6 +27,7 @@ OPTIONS = (
     "--disable-sync",
     "--remote-debugging-pipe",
 )
+AXE = "axe-core@4.14.1"
 # Pictures in 3-D without a graphics card.
 SOFTWARE_GL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
@@ -139,3 +143,30 @@ def browser(
         process.wait()
         os.close(to)
         os.close(back)
+
+
+def accessibility_rules(folder: Path) -> str:
+    """The script of axe-core, brought by npm into a folder; a test is skipped without it."""
+    npm = shutil.which("npm")
+    if npm is None:
+        pytest.skip("no npm on this machine, which brings axe-core")
+    try:
+        asked = [npm, "pack", AXE, "--silent"]
+        subprocess.run(asked, cwd=folder, check=True, timeout=120, capture_output=True)
+        (packed,) = folder.glob("*.tgz")
+        with tarfile.open(packed) as files:
+            content = files.extractfile("package/axe.min.js")
+            assert content is not None
+            return content.read().decode()
+    except (subprocess.SubprocessError, OSError) as error:
+        pytest.skip(f"axe-core cannot be had: {error}")
+
+
+def serious(tab: Browser, rules: str) -> list[list[str]]:
+    """What axe-core finds wrong with the page that is open, and matters: rule and element."""
+    tab.value(f"{rules}; 0")
+    found: list[list[str]] = tab.value(
+        "axe.run().then(r => r.violations.filter(v => ['serious', 'critical'].includes("
+        "v.impact)).map(v => [v.id, v.nodes[0].html]))"
+    )
+    return found

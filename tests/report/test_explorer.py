@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
-import tarfile
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -18,10 +15,9 @@ from gaitlab.report.forms import publish
 from gaitlab.report.forms.explorer import Explorer, ended, replays_beside
 from gaitlab.report.page import Sources, write_page
 from gaitlab.report.results import Results
-from tests.report.browser import CHROMIUM, Browser, browser
+from tests.report.browser import CHROMIUM, Browser, accessibility_rules, browser, serious
 from tests.report.builder import results_of, toy_trials, trial
 
-AXE = "axe-core@4.14.1"
 SOURCES = Sources(facts={"seeds": "0 to 1"}, parts=[], grounds="", command="gaitlab report toy")
 SCREENS = [(1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")]
 HOSTILE = "</script><script>document.title='taken'</script>"
@@ -58,20 +54,7 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The script of the accessibility rules."""
-    folder, npm = tmp_path_factory.mktemp("axe"), shutil.which("npm")
-    if npm is None:
-        pytest.skip("no npm on this machine, which brings axe-core")
-    try:
-        asked = [npm, "pack", AXE, "--silent"]
-        subprocess.run(asked, cwd=folder, check=True, timeout=120, capture_output=True)
-        (packed,) = folder.glob("*.tgz")
-        with tarfile.open(packed) as files:
-            content = files.extractfile("package/axe.min.js")
-            assert content is not None
-            return content.read().decode()
-    except (subprocess.SubprocessError, OSError) as error:
-        pytest.skip(f"axe-core cannot be had: {error}")
+    return accessibility_rules(tmp_path_factory.mktemp("axe"))
 
 
 def shown(chromium: Browser, page: Path, width: int = 1280, scheme: str = "light") -> Browser:
@@ -118,18 +101,9 @@ def test_the_rules_of_accessibility_hold(
     chromium: Browser, page: Path, axe: str, width: int, scheme: str
 ) -> None:
     tab = shown(chromium, page, width, scheme)
-    tab.value(f"{axe}; 0")
-    assert serious(tab) == []
+    assert serious(tab, axe) == []
     tab.value("document.querySelector('button[data-cell]').click()")
-    assert serious(tab) == []
-
-
-def serious(tab: Browser) -> list[list[str]]:
-    rules = "axe.run().then(r => r.violations.filter(v => ['serious', 'critical'].includes("
-    rules += "v.impact)).map(v => [v.id, v.nodes[0].html]))"
-    asked = {"expression": rules, "awaitPromise": True, "returnByValue": True}
-    found: list[list[str]] = tab.ask("Runtime.evaluate", **asked)["result"]["value"]
-    return found
+    assert serious(tab, axe) == []
 
 
 def test_a_figure_of_a_dark_page_is_dark_and_follows(chromium: Browser, page: Path) -> None:
