@@ -24,11 +24,12 @@ def command(verb: str, experiments: Sequence[Experiment], store: Path, *more: st
         verb: Name of the command, `run` for instance.
         experiments: As they were loaded.
         store: Folder of the store.
-        more: Further options.
+        more: Further options; `--seeds` takes the place of a setting of seeds.
     """
     names = [called(experiment.path) for experiment in experiments]
     settings = dict.fromkeys(one for experiment in experiments for one in _settings(experiment))
-    options = [word for setting in settings for word in ("--set", setting)]
+    kept = [one for one in settings if not ("--seeds" in more and one.startswith("seeds="))]
+    options = [word for setting in kept for word in ("--set", setting)]
     return shlex.join(["gaitlab", verb, *names, *options, *store_option(store), *more])
 
 

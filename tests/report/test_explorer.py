@@ -134,7 +134,7 @@ def serious(tab: Browser) -> list[list[str]]:
 
 def test_a_figure_of_a_dark_page_is_dark_and_follows(chromium: Browser, page: Path) -> None:
     tab = shown(chromium, page, scheme="light")
-    drawing = "getComputedStyle(document.querySelector('figure.drawing svg path')).fill"
+    drawing = "getComputedStyle(document.querySelector('figure.drawing:not(.bright) path')).fill"
     ink = "document.querySelector('#plot .xtick text').style.fill"
     before = tab.value(drawing), tab.value(ink)
     features = [{"name": "prefers-color-scheme", "value": "dark"}]
