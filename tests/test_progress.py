@@ -16,7 +16,8 @@ import pytest
 from rich.console import Console
 
 from gaitlab.cli import run_command_line
-from gaitlab.cli.progress import COUNTS, Bar, Lines, Messages, progress, trial_text
+from gaitlab.cli.progress import COUNTS, Bar, Lines, Messages, progress, steps, trial_text
+from gaitlab.documents.steps import step
 from gaitlab.running import Ended, Progress, Started, Summary, dispatch
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_well
@@ -260,3 +261,12 @@ def test_a_reader_of_the_events_that_goes_away_stops_no_run(tmp_path: Path) -> N
     assert json.loads(done.stdout)["event"] == "start"
     assert "Traceback" not in done.stderr
     assert len(Store(tmp_path).states()) == CELLS
+
+
+def test_steps_are_said_at_once_and_then_now_and_then(capsys: pytest.CaptureFixture[str]) -> None:
+    times = iter([0.0, 0.0, 1.0, 9.0, 9.0, 9.5])
+    with steps(clock=lambda: next(times)):
+        for name in ("reading", "comparing", "drawing", "writing"):
+            step(name)
+    step("alone")  # nobody listens
+    assert capsys.readouterr().err.splitlines() == ["reading", "drawing"]

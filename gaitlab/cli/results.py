@@ -98,7 +98,9 @@ def report(
     ] = None,
     form: Annotated[
         Form,
-        typer.Option("--format", help="html adds index.html, which holds its figures and zooms."),
+        typer.Option(
+            "--format", help="html adds index.html: every cell opens its seeds, in one file."
+        ),
     ] = Form.md,
     tables: Annotated[
         bool, typer.Option("--tables", help="Also write every table as LaTeX and CSV.")

@@ -14,7 +14,6 @@ from gaitlab.plugins import locate
 
 STORE_VARIABLE = "GAITLAB_STORE"  # of the environment: the store where no --store is given
 DEFAULT_STORE = Path("data")
-SEEDS = "--seeds"
 SETTING = "# --set "  # begins a line of an experiment's text that notes an option
 
 
@@ -25,13 +24,12 @@ def command(verb: str, experiments: Sequence[Experiment], store: Path, *more: st
         verb: Name of the command, `run` for instance.
         experiments: As they were loaded.
         store: Folder of the store.
-        more: Further options.
+        more: Further options; `--seeds` takes the place of a setting of seeds.
     """
     names = [called(experiment.path) for experiment in experiments]
     settings = dict.fromkeys(one for experiment in experiments for one in _settings(experiment))
-    if SEEDS in more:
-        settings = {text: None for text in settings if not text.startswith("seeds=")}
-    options = [word for setting in settings for word in ("--set", setting)]
+    kept = [one for one in settings if not ("--seeds" in more and one.startswith("seeds="))]
+    options = [word for setting in kept for word in ("--set", setting)]
     return shlex.join(["gaitlab", verb, *names, *options, *store_option(store), *more])
 
 

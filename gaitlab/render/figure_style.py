@@ -133,11 +133,11 @@ def _lay_out(figure: Figure) -> None:
 def _show_whatever_is_written(figure: Figure) -> None:
     """Write out control characters, of which no font has a picture and no SVG may hold one."""
     from matplotlib.text import Text
-    from matplotlib.ticker import FixedFormatter
+    from matplotlib.ticker import ScalarFormatter
 
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
-            if not isinstance(axis.get_major_formatter(), FixedFormatter):
+            if isinstance(axis.get_major_formatter(), ScalarFormatter):
                 continue  # numbers
             texts = [label.get_text() for label in axis.get_ticklabels()]
             if any(text != visible(text) for text in texts):

@@ -49,7 +49,9 @@ def falls_table(results: Results) -> str:
     rows = [_falls_row(escape(v.label), results.of(v)) for v in results.variants]
     if len(rows) > 1:
         rows.append(_falls_row("all", results.trials))
-    return table(header, rows, "lr")
+    # Columns of nothing but zeros say nothing.
+    told = [k for k in range(len(header)) if any(row[k] not in ("0", NOTHING) for row in rows)]
+    return table([header[k] for k in told], [[row[k] for k in told] for row in rows], "lr")
 
 
 def _falls_row(label: str, trials: pd.DataFrame) -> list[str]:

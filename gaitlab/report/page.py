@@ -136,6 +136,11 @@ def _is_whole(results: Results) -> bool:
     return bool(results.trials["state"].isin(SCORED).all())
 
 
+def _walked(results: Results) -> int:
+    """Variants with a run that is scored."""
+    return int(results.trials[results.trials["state"].isin(SCORED)]["variant"].nunique())
+
+
 def heading(results: Results) -> str:
     """The title, and how many of the planned trials a page speaks of unless of all."""
     there, planned = int(results.trials["state"].isin(SCORED).sum()), len(results.trials)
@@ -144,10 +149,10 @@ def heading(results: Results) -> str:
 
 
 def _shared(results: Results) -> str:
-    """In how many cells the variants of a part are compared; empty where there is one alone."""
-    if len(results.variants) < 2:
+    """In how many cells the variants of a part are compared; empty where one alone has walked."""
+    if _walked(results) < 2:
         return ""
-    cells = common(results).trials.drop_duplicates([*places(results)])
+    cells = common(results).trials.drop_duplicates(places(results))
     return f", compared in the {plural(len(cells), 'cell')} that all have"
 
 
@@ -156,7 +161,7 @@ def scores(results: Results, compared: Sequence[Comparison] = ()) -> list[str]:
 
     Where some variants lack runs, it counts what all of them have.
     """
-    if len(results.variants) < 2 or _is_whole(results):
+    if _walked(results) < 2 or _is_whole(results):
         return [f"Stable runs, {seeds_text(results)}:", runs_table(results, compared)]
     shared = common(results)
     if shared.trials.empty:
@@ -199,7 +204,9 @@ def _next(results: Results, sources: Sources, compared: Compared) -> str:
 def _rests_on(results: Results, sources: Sources) -> str:
     """In one line what was simulated, what was assumed, and where to read on."""
     assumed = frozenset(item for part in sources.parts for item in part.unpublished)
-    counts = f"{plural(len(results.trials), 'trial')}, {seeds_text(results)}"
+    there, planned = int(results.trials["state"].isin(SCORED).sum()), len(results.trials)
+    trials = plural(planned, "trial") if there == planned else f"{there} of {planned} trials"
+    counts = f"{trials}, {seeds_text(results)}"
     hidden = (
         f", and {plural(len(assumed), 'parameter')} of robot, gait, servos and ground that nobody "
         "published (bold there)"
@@ -224,9 +231,8 @@ def findings(
     """
     if results.done.empty:
         return "No trial has been simulated to its end, so nothing can be said."
-    scored = results.trials[results.trials["state"].isin(SCORED)]
     first = ""
-    if scored["variant"].nunique() < 2:
+    if _walked(results) < 2:
         runs = results.done
         falls, standing = int(truth(runs["fell"]).sum()), fell_standing(runs)
         early = f", in {standing} of them before its first step" if standing else ""

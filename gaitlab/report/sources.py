@@ -69,7 +69,7 @@ def differences(experiments: Sequence[Experiment]) -> str:
     keys = dict.fromkeys(key for file in files for key in file)
     apart = [key for key in keys if len({file.get(key) for file in files}) > 1]
     rows = [[code(key), *(escape(file.get(key, NOTHING)) for file in files)] for key in apart]
-    if any(e.form for e in experiments):
+    if len({e.form for e in experiments}) > 1:
         rows.append(["options", *(escape(e.form or NOTHING) for e in experiments)])
     if len(experiments) < 2 or not rows:
         return ""

@@ -108,7 +108,7 @@ def test_the_rules_of_accessibility_hold(
 
 def test_a_figure_of_a_dark_page_is_dark_and_follows(chromium: Browser, page: Path) -> None:
     tab = shown(chromium, page, scheme="light")
-    drawing = "getComputedStyle(document.querySelector('figure.drawing svg path')).fill"
+    drawing = "getComputedStyle(document.querySelector('figure.drawing:not(.bright) path')).fill"
     ink = "document.querySelector('#plot .xtick text').style.fill"
     before = tab.value(drawing), tab.value(ink)
     features = [{"name": "prefers-color-scheme", "value": "dark"}]

@@ -220,14 +220,14 @@ def test_a_label_changes_nothing_that_a_store_remembers(tmp_path: Path) -> None:
 
 
 def test_a_variant_of_a_number_has_its_unit(store: Store, both: list[Experiment]) -> None:
-    path = both[0].path.with_name("periods.yaml")
-    text = both[0].path.read_text().replace("name: plainly", "name: periods")
-    text = text.replace("}\nseeds", ", gait.gait_period: [0.7, 0.8]}\nseeds")
+    path = both[0].path.with_name("heights.yaml")
+    text = both[0].path.read_text().replace("name: plainly", "name: heights")
+    text = text.replace("}\nseeds", ", gait.step_height: [0.02, 0.03]}\nseeds")
     path.write_text(text.replace("seeds: 2", "seeds: 1"))
     asked = load_experiment(path)
     run(store, asked)
     labels = {variant.label for variant in gather([asked], store).variants}
-    assert labels == {"gait period 0.7 s", "gait period 0.8 s"}
+    assert labels == {"step height 0.02 m", "step height 0.03 m"}
 
 
 def test_what_is_done_is_said_while_it_is_done(
