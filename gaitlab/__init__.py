@@ -222,13 +222,14 @@ class LoadedExperiment:
         from gaitlab.experiment.shell import command
         from gaitlab.store import listed, trial_list
 
-        results = _store(store)
-        wanted: Any = self.name
-        if self.experiment.study is None:
+        results, study = _store(store), self.experiment.study
+        if study is None:
             wanted = trial_list(self.experiment, map(listed, self._plan.trials()))
+        else:
+            wanted = results.experiments().get(self.name) or trial_list(self.experiment, ())
         table = results.table(wanted)
-        again = command("run", [self.experiment], results.path)
-        return _measured(table, results, f"of {self.name}; run it, `{again}`", self._units(table))
+        again = command("optimize" if study else "run", [self.experiment], results.path)
+        return _measured(table, results, f"of {self.name} yet: `{again}`", self._units(table))
 
     def ticks(self, trial: str, store: StorePlace = None) -> pd.DataFrame:
         """The log of a trial, a row a tick; see `OpenedStore.ticks`."""
@@ -347,12 +348,11 @@ class LoadedExperiment:
                 raise WrongValue(f"{path!r} is not varied by {self.name}{suggestion(path, known)}")
         fitting = [c for c in planned.cells() if all(c.values[p] == v for p, v in asked.items())]
         if len(fitting) != 1:
-            near = fitting or [planned.cell(i) for i in range(planned.cell_count)]
-            shown = "; ".join(f"{c.index}: {_shown(c.values)}" for c in near[:MOST_SHOWN])
-            raise WrongValue(
-                f"{len(fitting)} cells of {self.name} have {_shown(asked)}; there are {shown}"
-                f"{' ...' if len(near) > MOST_SHOWN else ''}"
-            )
+            near = fitting or list(planned.cells())
+            lines = [f"{cell.index}: {_shown(cell.values)}" for cell in near[:MOST_SHOWN]]
+            more = [f"and {len(near) - MOST_SHOWN} more"] if len(near) > MOST_SHOWN else []
+            message = f"{len(fitting)} cells of {self.name} have {_shown(asked)}; give one of:"
+            raise WrongValue("\n".join([message, *lines, *more]))
         return planned, fitting[0]
 
     def __repr__(self) -> str:
@@ -370,7 +370,10 @@ class LoadedExperiment:
             cells, seeds = self._plan.cell_count, len(found.seeds)
             varied = f" over {', '.join(found.varied)}" if found.varied else ""
             what = f"{cells} cells x {seeds} seeds = {cells * seeds} trials{varied}"
-        return f"<{self.name}: {walks}, {what}, {grounds}; {called(found.path)}>"
+        file = called(found.path)
+        return (
+            f"<{self.name}: {walks}, {what}, {grounds}{'' if file == self.name else f'; {file}'}>"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -416,7 +419,7 @@ class OpenedStore:
         """
         results = _store(self)
         table = results.table()
-        return _measured(table, results, "of any experiment; `gaitlab run` simulates some", {})
+        return _measured(table, results, "yet: `gaitlab run EXPERIMENT`", {})
 
     def ticks(self, trial: str) -> pd.DataFrame:
         """The log of a trial, a row a tick, as it is stored; `attrs["units"]` has its units.

@@ -163,15 +163,15 @@ def test_a_search_from_python_walks_what_the_command_line_walks(
 ) -> None:
     monkeypatch.setattr("gaitlab.running.processes.simulated", pretended.pretend_well)
     settings = ["study.trials=4", "seeds=1"]
-    result = gaitlab.load("eros_small", set=settings).optimize(
-        tmp_path / "python", jobs=0, validation=validation
-    )
+    loaded = gaitlab.load("eros_small", set=settings)
+    result = loaded.optimize(tmp_path / "python", jobs=0, validation=validation)
     words = ["--set", settings[0], "--set", settings[1], "-j", "0", "--quiet"]
     words += [] if validation else ["--no-validation"]
     assert run_command_line(["optimize", "eros_small", *words, "--store", f"{tmp_path}/line"]) == 0
     ours, theirs = (Store(tmp_path / name).states() for name in ("python", "line"))
     assert ours == theirs
     assert result.status.finished == 4
+    assert set(loaded.trials(tmp_path / "python")["trial_id"]) <= ours.keys()
 
 
 def test_only_what_an_experiment_asks_for_now_is_in_its_table(
@@ -212,6 +212,8 @@ def test_what_is_wrong_is_an_error_of_gaitlab(tmp_path: Path) -> None:
         loaded.report(store=tmp_path)
     with pytest.raises(NothingRun):
         gaitlab.open_store(tmp_path).trials()
+    with pytest.raises(NothingRun):
+        gaitlab.load("eros_small").trials(tmp_path)
     with pytest.raises(GaitlabError):
         gaitlab.open_store(tmp_path).ticks("eros_quick/worst")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import select
 import shutil
 import subprocess
@@ -213,6 +214,7 @@ class Server:
         self.process = subprocess.Popen(
             [program, "--stdio"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=folder
         )
+        self.unread = b""
         self.number, self.folder = 0, folder
         root = {"rootUri": folder.as_uri(), "processId": None, "capabilities": {}}
         self.ask("initialize", root)
@@ -222,30 +224,36 @@ class Server:
 
     def send(self, method: str, params: object, number: int | None = None) -> None:
         content = {"jsonrpc": "2.0", "method": method, "params": params}
-        body = json.dumps({**content, **({} if number is None else {"id": number})}).encode()
+        self.write({**content, **({} if number is None else {"id": number})})
+
+    def write(self, message: object) -> None:
+        body = json.dumps(message).encode()
         assert self.process.stdin is not None
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
         self.process.stdin.flush()
 
     def receive(self, timeout: float = 60.0) -> dict[str, Any]:
-        stream = self.process.stdout
-        assert stream is not None
-        ready, _, _ = select.select([stream], [], [], timeout)
-        assert ready, "the server is silent"
-        length = 0
-        while (line := stream.readline().strip()) != b"":
-            name, _, value = line.partition(b":")
-            length = int(value) if name.lower() == b"content-length" else length
-        message: dict[str, Any] = json.loads(stream.read(length))
+        while (head := self.unread.find(b"\r\n\r\n")) < 0:
+            self.read_on(timeout)
+        fields = dict(line.split(b": ") for line in self.unread[:head].split(b"\r\n"))
+        start, length = head + 4, int(fields[b"Content-Length"])
+        while len(self.unread) < start + length:
+            self.read_on(timeout)
+        body, self.unread = self.unread[start : start + length], self.unread[start + length :]
+        message: dict[str, Any] = json.loads(body)
         if "id" in message and "method" in message:  # it asks for the settings
             asked = message["params"].get("items", []) if message["params"] else []
             off = {"schemaStore": {"enable": False}, "validate": True, "completion": True}
             answers = [off if item.get("section") == "yaml" else {} for item in asked]
-            body = json.dumps({"jsonrpc": "2.0", "id": message["id"], "result": answers}).encode()
-            assert self.process.stdin is not None
-            self.process.stdin.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
-            self.process.stdin.flush()
+            self.write({"jsonrpc": "2.0", "id": message["id"], "result": answers})
         return message
+
+    def read_on(self, timeout: float) -> None:
+        assert self.process.stdout is not None
+        ready, _, _ = select.select([self.process.stdout], [], [], timeout)
+        more = os.read(self.process.stdout.fileno(), 1 << 16) if ready else b""
+        assert more, "the server is silent"
+        self.unread += more
 
     def ask(self, method: str, params: object) -> Any:
         self.number += 1
