@@ -102,7 +102,7 @@ def gaitlab(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Tell which walking-gait parameters keep a humanoid robot on its feet on which ground.
+    """Tell which walk keeps a humanoid robot on its feet on which ground.
 
     \b
     Example:
