@@ -618,7 +618,10 @@
     });
     addEventListener("resize", draw);
     new ResizeObserver(draw).observe(by("stage"));
-    addEventListener("hashchange", choose);
+    addEventListener("hashchange", () => {
+      choose();
+      by("stage").scrollIntoView({ block: "nearest" }); // on a phone the table lies below it
+    });
   }
 
   async function start() {
