@@ -147,7 +147,7 @@ def _menu(results: Results, chosen: _Cells, report: str) -> str:
         f"<h1>{escape(results.title)}</h1>",
         f"<p>{escape(results.question)}</p>",
         f"<p>{whole}{plural(len(trials), 'trial')}. A cell has its verdict, its stable seeds of "
-        f'all, and its walks to look at; <a href="{escape(report)}">the report</a> has the rest.</p>',
+        f'all, and its walks; <a href="{escape(report)}">the report</a> has the rest.</p>',
     ]
     if results.done.empty:
         parts.append("<p><b>No trial was simulated to its end, so there is none to show.</b></p>")
