@@ -149,18 +149,18 @@ def three_js() -> str:
 
 def _document(title: str, menu: str, content: Mapping[str, Any], speed: float) -> str:
     """The whole text of the file; no script runs in it but its own, and nothing is fetched."""
-    library, viewer = three_js(), _resource("viewer.js")
+    library, viewer = three_js(), _resource("scene.js") + _resource("player.js")
     allowed = " ".join(f"'sha256-{_digest(script)}'" for script in (library, viewer))
     data = json.dumps(content, separators=(",", ":"), allow_nan=False)
     speeds = (
         f'<option value="{value:g}"{" selected" if value == speed else ""}>{value:g}×</option>'
         for value in sorted({*SPEEDS, speed})
     )
-    return Template(_resource("viewer.html")).substitute(
+    return Template(_resource("page.html")).substitute(
         policy=f"default-src 'none'; style-src 'unsafe-inline'; script-src {allowed}",
         mark=MARK,
         title=escape(title),
-        style=_resource("viewer.css"),
+        style=_resource("page.css"),
         menu=f'<nav id="menu" aria-label="Trials">{menu}</nav>' if menu else "",
         speeds="".join(speeds),
         data=data.replace("<", "\\u003c"),

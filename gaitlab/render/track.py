@@ -60,7 +60,7 @@ def track_of(shown: Recorded, instants: np.ndarray) -> dict[str, Any]:
 
     Returns:
         `data` holds all channels one after another: differences of unsigned 16-bit levels, least
-        significant byte first, deflated, in base64. The other keys are read by `viewer.js`.
+        significant byte first, deflated, in base64. The other keys are read by `viewer/scene.js`.
     """
     scene = scene_of(shown, instants)
     channels, data = packed(_moving(shown, scene, ticks_at(shown.log, instants)))

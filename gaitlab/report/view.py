@@ -146,8 +146,8 @@ def _menu(results: Results, chosen: _Cells, report: str) -> str:
     parts = [
         f"<h1>{escape(results.title)}</h1>",
         f"<p>{escape(results.question)}</p>",
-        f"<p>{whole}{plural(len(trials), 'trial')}; stable seeds of all in each cell. "
-        f'<a href="{escape(report)}">The report</a> has everything else.</p>',
+        f"<p>{whole}{plural(len(trials), 'trial')}. A cell has its verdict, its stable seeds of "
+        f'all, and its walks; <a href="{escape(report)}">the report</a> has the rest.</p>',
     ]
     if results.done.empty:
         parts.append("<p><b>No trial was simulated to its end, so there is none to show.</b></p>")
