@@ -162,7 +162,7 @@ def steps(clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
         return
     columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Moving(*columns, console=console, transient=True) as moving:
-        task = moving.add_task("", total=None)
+        task = moving.add_task("starting", total=None)
         with heard(lambda text: moving.update(task, description=visible(text))):
             yield
 

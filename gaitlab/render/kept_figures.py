@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitlab.documents.steps import step
 from gaitlab.render.figure_style import save, suffixes
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def draw(folder: Path, name: str, shown: object, make: Callable[[], Figure]) -> 
     """
     key, files = key_of(name, shown), [f"{name}{suffix}" for suffix in suffixes()]
     if not _taken(folder, name, key, files):
+        step(f"drawing {name}")
         save(make(), folder, name)
     _remember(folder, name, {"key": key, "files": {file: _digest(folder / file) for file in files}})
     return folder / f"{name}.png"

@@ -29,7 +29,8 @@ LISTED = (2, 3)  # levels of headings in the table of contents
 # Mark-up that the pages themselves write between their lines; whatever else looks like a tag
 # stays text, whoever wrote it.
 _TAG = re.compile(r"</?(?:details|summary|b|strong|em|i|code|br|sub|sup|kbd)(?: open)? ?/?>")
-_INTERVAL = re.compile(r"\[[-+\d][^\[\]]{0,24}\]")  # stays on one line
+# A share and its interval, which stay on one line.
+_INTERVAL = re.compile(r"(?:\d+ % )?\[[-+\d][^\[\]]{0,24}\]|\d+ %")
 _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
