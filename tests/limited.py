@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -45,7 +46,19 @@ def group(share: float | None, within: Path | None = None) -> Iterator[Path]:
     try:
         yield folder
     finally:
-        folder.rmdir()
+        _removed(folder)
+
+
+def _removed(folder: Path) -> None:
+    """Remove a group, which is busy for a moment after its last process has ended."""
+    for _ in range(100):
+        try:
+            folder.rmdir()
+        except OSError:
+            time.sleep(0.1)
+        else:
+            return
+    folder.rmdir()
 
 
 def put(folder: Path, pid: int) -> None:

@@ -209,8 +209,6 @@ def affordable(words: list[str]) -> list[str]:
     """A command of a page at the cost of a test: planned only, painted small, opened nowhere."""
     if words[0] in ("run", "optimize"):
         return [*words, "--dry-run"]
-    if words[0] == "new":  # another page may have written it already
-        return [*words[:2], f"{words[2]}_{len(words[2])}", *words[3:]]
     if words[0] == "view":
         return [*words, *(() if "--no-open" in words else ("--no-open",))]
     if words[0] == "replay":

@@ -43,6 +43,7 @@ def test_every_file_that_a_trial_loads_decides_whether_it_still_counts() -> None
     )  # fmt: skip
     loaded = {Path(file) for file in json.loads(done.stdout)}
     own = {file for file in loaded if file.is_relative_to(provenance.PACKAGE)}
+    own.remove(provenance.PACKAGE / "__init__.py")  # what users import; a trial takes nothing of it
     assert len(own) > 50
     assert own <= provenance.makers()[0]
 
