@@ -448,10 +448,13 @@ def _end(cluster: Any) -> None:
 
 
 def _end_slurm(slurm: Any) -> None:
-    """End a cluster of SLURM's jobs; those that SLURM never took are none to wait for."""
+    """End a cluster of SLURM's jobs; those that SLURM never took are none to wait for.
+
+    A job of dask-jobqueue never says itself that it is closed, which the cluster asks of those that
+    have been replaced.
+    """
     from distributed.core import Status
 
-    for job in list(slurm.workers.values()):
-        if job.job_id is None:
-            job.status = Status.failed
+    for job in list(slurm._created):
+        job.status = Status.failed if job.job_id is None else Status.closing
     slurm.close()
