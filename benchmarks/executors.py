@@ -92,4 +92,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    import executors  # a worker process finds its task by the name of a module, and not in this one
+
+    executors.main()

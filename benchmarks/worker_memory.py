@@ -68,4 +68,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    import worker_memory  # a worker process finds its task by the name of a module, not in this one
+
+    worker_memory.main()
