@@ -8,12 +8,11 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from gaitlab.errors import StoreError, UnknownName
 from gaitlab.running.worker import Task
 from gaitlab.store import Claims, Store, TrialRecord
 
@@ -166,7 +165,7 @@ class Considerate:
         while job := next(waiting, None) or (self._again.popleft() if self._again else None):
             if not self._claims.take(job.trial_id):
                 self._elsewhere.append(job)
-            elif (record := self._committed(job.trial_id)) is None:
+            elif (record := self._store.committed(job.trial_id)) is None:
                 return job
             else:
                 self._claims.release(job.trial_id)
@@ -177,14 +176,6 @@ class Considerate:
         """Outcomes of trials that others have committed meanwhile."""
         while self._settled:
             yield self._settled.popleft()
-
-    def _committed(self, trial_id: str) -> TrialRecord | None:
-        """What is in the store of a trial that has not failed there."""
-        self._store.look_anew(trial_id)
-        with suppress(UnknownName, StoreError):
-            record = self._store.record(trial_id)
-            return None if record.state == "FAILED" else record
-        return None
 
 
 class _Claimed(Iterator[Job]):

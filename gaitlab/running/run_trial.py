@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gaitlab.errors import Infeasible, NoEngine, StoreError, UnknownName
+from gaitlab.errors import Infeasible, NoEngine, StoreError
 from gaitlab.log import TrialLog
 from gaitlab.metrics import measure
 from gaitlab.plugins import label
@@ -41,7 +41,7 @@ def run_trial(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialReco
         MemoryError: If there is not enough memory; the worker is to end, and the trial is run
             once more.
     """
-    committed = _committed(Store(store), trial_id)
+    committed = Store(store).committed(trial_id)
     if committed is not None:
         return committed
     record, log = simulate_trial(trial_id, trial)
@@ -75,14 +75,6 @@ def simulate_trial(trial_id: str, trial: Mapping[str, Any]) -> tuple[TrialRecord
         provenance=provenance(time.perf_counter() - start, engine_of(trial)),
     )
     return record, outcome.log
-
-
-def _committed(store: Store, trial_id: str) -> TrialRecord | None:
-    try:
-        record = store.record(trial_id)
-    except (UnknownName, StoreError):
-        return None
-    return None if record.state == "FAILED" else record
 
 
 class _Outcome(NamedTuple):

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
 
-from gaitlab.errors import StoreError, UnknownName
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
 from gaitlab.running.basis import Past, basis
@@ -319,11 +318,8 @@ def _megabytes(size: float) -> str:
 
 def settle(store: Store, outcome: Outcome) -> TrialRecord:
     """The record of a trial whose worker was lost: what it committed, or else `FAILED`."""
-    store.look_anew(outcome.job.trial_id)
-    with suppress(UnknownName, StoreError):
-        committed = store.record(outcome.job.trial_id)
-        if committed.state != "FAILED":
-            return committed
+    if (committed := store.committed(outcome.job.trial_id)) is not None:
+        return committed
     record = TrialRecord(
         trial_id=outcome.job.trial_id,
         state="FAILED",

@@ -42,9 +42,17 @@ class TrialFiles:
         """Where the trial is, or would be."""
         return trial_file(self._trials, trial_id)
 
-    def look_anew(self, trial_id: str) -> None:
-        """Ask the file system anew whether a trial is there; another machine may have put it."""
+    def committed(self, trial_id: str) -> TrialRecord | None:
+        """The record of a trial that need not be run again; None if there is none, or it failed.
+
+        The folder is looked at anew, for another machine may have put it there just now.
+        """
         look_anew(self.file(trial_id).parent)
+        try:
+            record = self.record(trial_id)
+        except (UnknownName, StoreError):
+            return None
+        return None if record.state == "FAILED" else record
 
     def commit(self, record: TrialRecord, log: TrialLog | None) -> None:
         """Keep a trial for good; it is there wholly or not at all, whatever happens meanwhile.

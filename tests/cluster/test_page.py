@@ -6,29 +6,14 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.cluster.loopback_slurm import ROOT, LoopbackSlurm, NoSlurm, loopback_slurm
+from tests.cluster.loopback_slurm import ROOT, LoopbackSlurm
 from tests.test_docs import TINY, blocks
 
 PAGE = ROOT / "docs" / "clusters.md"
-CPUS = 4
-
-
-@pytest.fixture(scope="module")
-def slurm() -> Iterator[LoopbackSlurm]:
-    folder = Path(tempfile.mkdtemp(prefix="gaitlab-slurm-"))
-    try:
-        with loopback_slurm(folder, cpus=CPUS) as running:
-            yield running
-    except NoSlurm as error:
-        pytest.skip(str(error))
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.mark.long

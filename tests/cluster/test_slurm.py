@@ -10,7 +10,6 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,14 +19,12 @@ from gaitlab.running.slurm import limit_seconds, output_in
 from tests.cluster.loopback_slurm import (
     ROOT,
     LoopbackSlurm,
-    NoSlurm,
-    loopback_slurm,
     marked,
 )
 from tests.reliability.drivers import until
 
 DATA = ROOT / "tests" / "data"
-CPUS, SHARDS, TRIALS = 4, 8, 200
+SHARDS, TRIALS = 8, 200
 DEATHS, BETWEEN = 3, (5, 40)  # and how many trials are committed from one to the next
 LIMITS = (
     *("1", "90", "90:30", "1:30:00", "100:00:00", "1-12", "1-12:30", "1-12:30:59", "0-1"),
@@ -49,18 +46,6 @@ def noted(log) -> float:
         file.write(sha256(log["trunk_z"].tobytes()).hexdigest() + "\\n")
     return float(log["trunk_z"].max())
 """
-
-
-@pytest.fixture(scope="module")
-def slurm() -> Iterator[LoopbackSlurm]:
-    folder = Path(tempfile.mkdtemp(prefix="gaitlab-slurm-"))
-    try:
-        with loopback_slurm(folder, cpus=CPUS) as running:
-            yield running
-    except NoSlurm as error:
-        pytest.skip(str(error))
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def gaitlab(slurm: LoopbackSlurm, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
