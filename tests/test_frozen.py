@@ -40,8 +40,8 @@ def test_no_constant_belongs_to_one_pedestal() -> None:
         assert len({getattr(surface, scale) for surface in surfaces}) == 1
 
 
-def test_the_predictions_walk_twenty_seeds_and_none_of_the_ground_and_gain_searches() -> None:
+def test_the_predictions_walk_forty_seeds_and_none_of_the_ground_and_gain_searches() -> None:
     seeds = {planned.trial.seed for planned in plan(load_experiment(FROZEN)).trials()}
-    assert seeds == set(range(20))
+    assert seeds == set(range(40))
     for file in (EXPERIMENTS / "reproduction").glob("*.yaml"):
         assert set(load_experiment(file).seeds) <= seeds

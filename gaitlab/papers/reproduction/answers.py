@@ -14,6 +14,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 from gaitlab.errors import WrongValue
+from gaitlab.experiment import Experiment
 from gaitlab.experiment.reference import ReferenceCell, ReferenceTable, load_reference
 from gaitlab.papers.printed import eros_tables
 from gaitlab.papers.reproduction.section import Value
@@ -38,12 +39,14 @@ class Answer:
         experiment: Name of the member.
         results: Of the member.
         variant: The one that answers.
+        engine: That the member is walked in; empty where that is not said.
     """
 
     table: ReferenceTable
     experiment: str
     results: Results
     variant: Variant
+    engine: str = ""
 
     @property
     def label(self) -> str:
@@ -70,15 +73,70 @@ class Judged(NamedTuple):
         return self.ours.verdict(score) == self.printed
 
 
-def answers(results: Mapping[str, Results], experiments: Iterable[str]) -> list[Answer]:
-    """Every variant that answers to a printed table, Table 7 before Table 8."""
+class Side(NamedTuple):
+    """What is set beside the printed tables in one column: one answer a table."""
+
+    label: str
+    answers: tuple[Answer, ...]
+
+
+def answers(
+    results: Mapping[str, Results],
+    experiments: Iterable[str],
+    members: Mapping[str, Experiment] | None = None,
+) -> list[Answer]:
+    """Every variant that answers to a printed table, Table 7 before Table 8.
+
+    Args:
+        results: Of each member by name.
+        experiments: Members that are looked at.
+        members: The members themselves, which say in which engine they are walked.
+    """
+    engines = {name: "/".join(sorted(member.engines)) for name, member in (members or {}).items()}
     found = [
-        Answer(table=table, experiment=name, results=each, variant=variant)
+        Answer(table=table, experiment=name, results=each, variant=variant,
+               engine=engines.get(name, ""))
         for name, each in ((name, results[name]) for name in experiments)
         for variant in each.variants
         if (table := table_of(variant)) is not None
-    ]
+    ]  # fmt: skip
     return sorted(found, key=lambda answer: answer.table.name)
+
+
+def sides(found: Sequence[Answer]) -> list[Side]:
+    """The answers in columns, those of one engine together, and of each no two to one table.
+
+    A column is called by its engine; where two have the same, by its members.
+    """
+    columns: list[list[Answer]] = []
+    for answer in found:
+        fitting = (
+            column
+            for column in columns
+            if column[0].engine == answer.engine
+            and answer.table not in [other.table for other in column]
+        )
+        column = next(fitting, None)
+        if column is None:
+            columns.append([answer])
+        else:
+            column.append(answer)
+    engines = [column[0].engine for column in columns]
+    return [
+        Side(
+            column[0].engine
+            if column[0].engine and engines.count(column[0].engine) == 1
+            else " and ".join(dict.fromkeys(_called(answer, found) for answer in column)),
+            tuple(column),
+        )
+        for column in columns
+    ]
+
+
+def _called(answer: Answer, found: Sequence[Answer]) -> str:
+    """A member, with its variant where it has several answers to one table."""
+    same = [a for a in found if (a.experiment, a.table) == (answer.experiment, answer.table)]
+    return f"{answer.experiment}, {answer.label}" if len(same) > 1 else answer.experiment
 
 
 def table_of(variant: Variant) -> ReferenceTable | None:

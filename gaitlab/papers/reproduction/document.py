@@ -4,7 +4,9 @@ name: eros_reproduction             name of the page; by default the file's
 title, description                  text
 reproduction:
   members:                          run in this order
-    - experiment: eros_frozen           a name, or a file beside this one
+    - experiment: eros_confirmed        a name, or a file beside this one
+      seeds: 5                          replicates that are walked, those of its file by default;
+                                        the page counts further ones of the file if all are stored
       quick: [seeds=2]                  settings that --quick applies
   sections:                         of the page, in this order
     - section: tables                   a file of `gaitlab/papers/reproduction/sections`
@@ -17,8 +19,8 @@ reproduction:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TypeVar, cast
@@ -47,6 +49,7 @@ class Reproduction:
         description: The paragraph below it.
         path: File it was read from.
         members: Experiments in the order in which they are run, settings applied.
+        filed: By name those of which fewer seeds are walked than their files have, as these are.
         sections: Of the page, in order.
         options: Of the command line, that make another command mean the same trials.
     """
@@ -57,6 +60,7 @@ class Reproduction:
     path: Path
     members: tuple[Experiment, ...]
     sections: tuple[Section, ...]
+    filed: Mapping[str, Experiment] = field(default_factory=dict)
     options: tuple[str, ...] = ()
 
 
@@ -83,6 +87,9 @@ class _Member:
     """Keys of a member."""
 
     experiment: str = parameter(unit="-", doc="name of an experiment, or a file beside this one")
+    seeds: int | None = parameter(
+        None, unit="-", low=1, doc="replicates that are walked; those of the experiment by default"
+    )
     quick: tuple[str, ...] = parameter((), unit="-", doc="settings, path=value, of --quick")
 
 
@@ -164,6 +171,7 @@ def load_reproduction(
         path=path,
         members=tuple(one for one in members if one is not None),
         sections=tuple(one for one in sections if one is not None),
+        filed=_filed([one for one in members if one is not None], over),
         options=over.options,
     )
 
@@ -196,10 +204,22 @@ def _member(node: Node, over: _Over) -> Experiment:
     if given.quick:  # read even if it is not asked for, so that a mistake does not wait for that
         short = _placed(node.mapping["quick"], partial(load_experiment, path, given.quick))
         experiment = short if over.quick else experiment
-    if not over.settings and over.seeds is None:
+    if not over.settings and over.seeds is None and (over.quick or given.seeds is None):
         return experiment
     quick = given.quick if over.quick else ()
-    return load_experiment(path, [*quick, *over.settings], over.seeds)
+    seeds = given.seeds if over.seeds is None and not over.quick else over.seeds
+    return load_experiment(path, [*quick, *over.settings], seeds)
+
+
+def _filed(members: Sequence[Experiment], over: _Over) -> dict[str, Experiment]:
+    """Members of which fewer seeds are walked than their files have, as the files have them."""
+    if over.quick or over.seeds is not None:
+        return {}
+    return {
+        member.name: load_experiment(member.path, over.settings)
+        for member in members
+        if member.form
+    }
 
 
 def _placed(node: Node, read: Callable[[], T]) -> T:

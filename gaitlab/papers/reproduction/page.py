@@ -16,7 +16,7 @@ from gaitlab.experiment import Experiment
 from gaitlab.experiment.shell import called, command, store_option
 from gaitlab.papers.reproduction.answers import Calibrated, answers
 from gaitlab.papers.reproduction.document import Reproduction
-from gaitlab.papers.reproduction.headline import headline
+from gaitlab.papers.reproduction.headline import front
 from gaitlab.papers.reproduction.section import Context, Section
 from gaitlab.papers.reproduction.sections import how_to_read, section_text
 from gaitlab.report.forms import REPORTS, publish
@@ -83,7 +83,7 @@ def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:
     found = {}
     for member in reproduction.members:
         try:
-            found[member.name] = gather([member], store)
+            found[member.name] = _gathered(member, reproduction.filed.get(member.name), store)
         except NothingRun:
             continue
     if not found:
@@ -92,6 +92,21 @@ def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:
             f"`{run_command(reproduction, store)}` first"
         )
     return found
+
+
+def _gathered(member: Experiment, filed: Experiment | None, store: Store) -> Results:
+    """Results of a member, and of the further seeds of its file that are wholly there.
+
+    Raises:
+        NothingRun: If the store holds no trial of it.
+    """
+    if filed is None or len(filed.seeds) <= len(member.seeds):
+        return gather([member], store)
+    whole = gather([filed], store)
+    lacking = whole.trials.loc[whole.trials["state"].eq("MISSING"), "seed"]
+    left_out = set(lacking) - set(member.seeds)
+    kept = whole.trials[~whole.trials["seed"].isin(left_out)]
+    return replace(whole, trials=kept.reset_index(drop=True))
 
 
 def run_command(reproduction: Reproduction, store: Store) -> str:
@@ -110,13 +125,13 @@ def _arguments(reproduction: Reproduction, store: Store) -> str:
 
 
 def first_page(reproduction: Reproduction, context: Context) -> str:
-    """What was found: headline and the sections that do not stand behind."""
+    """What was found: the scores in front, then the sections that do not stand behind."""
     blocks = [
         f"# {escape(reproduction.title)}",
-        escape(reproduction.description),
         QUICK if "--quick" in reproduction.options else "",
         _completeness(reproduction, context),
-        _headline(reproduction, context),
+        *_front(reproduction, context),
+        escape(reproduction.description),
         _made_by(reproduction, context),
         *(_section(each, context) for each in reproduction.sections if not each.details),
         *_end(reproduction, context, second=False),
@@ -145,14 +160,15 @@ def _end(reproduction: Reproduction, context: Context, *, second: bool) -> list[
     return [details("How to read these tables", *words), last]
 
 
-def _headline(reproduction: Reproduction, context: Context) -> str:
-    """The lines of the first section of tables; empty without one."""
+def _front(reproduction: Reproduction, context: Context) -> list[str]:
+    """What the first section of tables comes to; nothing without one."""
     for each in reproduction.sections:
         here = [name for name in each.experiments if name in context.results]
         if each.kind == TABLES and here:
             calibrated = cast(Calibrated, each.options["calibrated"])
-            return headline(answers(context.results, here), calibrated)
-    return ""
+            found = answers(context.results, here, context.experiments)
+            return front(found, calibrated, context)
+    return []
 
 
 def _made_by(reproduction: Reproduction, context: Context) -> str:

@@ -59,7 +59,7 @@ def test_a_tiny_reproduction_is_really_walked_and_reported(tmp_path, monkeypatch
     assert set(found["state"]) == {"DONE"}
     page = Path("reports/tiny_quick/README.md").read_text()
     assert "S = S? 1/1" in page  # one walk leaves every verdict open
-    assert "over 2 of the 40 printed cells" in page
+    assert "over 4 of the 80 printed cells" in page
     assert "4 trials: 0 cached, 4 done" in capfd.readouterr().out
 
 
@@ -154,7 +154,7 @@ def test_the_page_has_headline_sections_and_the_way_to_it_again(gaitlab) -> None
     assert (found.code, found.out.strip()) == (0, "reports/tiny_quick/README.md")
     page = Path(found.out.strip()).read_text()
     assert page.startswith("# A paper anew\n\n**Quick form**")
-    order = ["**Table 7**", "**Efficiency**", "## The tables", "## Apart", "## Provenance"]
+    order = ["**predicted, all**", "(tables.png)", "## The tables", "## Apart", "## Provenance"]
     assert [page.index(text) for text in order] == sorted(page.index(text) for text in order)
     again = "gaitlab run tiny.yaml --quick"
     assert f"{again}\n{again.replace(' run ', ' report ')}\n" in page
@@ -186,11 +186,35 @@ def test_a_page_of_which_a_part_was_run_says_what_is_missing(gaitlab) -> None:
     assert "eros\\_table8: none of its trials is in the store" in page
     assert "Without eros\\_table8, of which nothing was run." in page
     assert " trials so far, " in page
-    assert page.index("**Incomplete.**") < page.index("**Table 7**, without optimisation: **")
+    assert page.index("**Incomplete.**") < page.index("**predicted, all**")
 
 
 def _settings() -> list[str]:
     return [text.strip('"') for text in SHORT.split('", "')]
+
+
+def test_seeds_of_a_file_beyond_those_that_are_walked_count_once_all_of_one_are_stored(
+    gaitlab,
+) -> None:
+    Path("tiny.yaml").write_text(
+        WHOLE.replace("eros_table8, quick", "eros_table8, seeds: 1, quick").replace(
+            "eros_table7, quick", "eros_table7, seeds: 1, quick"
+        )
+    )
+    assert gaitlab("run", "tiny.yaml", "-j", "0", "--quiet").code == 0
+    assert _seeds_counted(gaitlab) == (1, 1)
+    gaitlab("run", "eros_table7", "-j", "0", "--quiet", "--seeds", "3")
+    gaitlab("run", "eros_table8", "-j", "0", "--quiet", "--seeds", "2", "--set",
+            "surfaces=[grass_50mm]")  # fmt: skip
+    assert _seeds_counted(gaitlab) == (3, 1)
+
+
+def _seeds_counted(gaitlab) -> tuple[int, int]:
+    page = Path(gaitlab("report", "tiny.yaml").out.strip()).read_text()
+    assert "**Incomplete" not in page
+    rows = [[c.strip() for c in line.split("|")] for line in page.splitlines()]
+    counted = {row[1]: int(row[4]) // 40 for row in rows if len(row) == 8 and row[4].isdigit()}
+    return counted["eros\\_table7"], counted["eros\\_table8"]
 
 
 def test_a_page_of_which_nothing_was_run_says_how(gaitlab) -> None:

@@ -9,9 +9,17 @@ from pathlib import Path
 import pytest
 
 from gaitlab.errors import UsageError, WrongValue
+from gaitlab.experiment import load_experiment
 from gaitlab.papers.reproduction import Reproduction, load_reproduction
 from gaitlab.papers.reproduction.answers import answers
-from gaitlab.papers.reproduction.headline import headline
+from gaitlab.papers.reproduction.headline import (
+    Scored,
+    efficiency_table,
+    engines_agree,
+    headline,
+    score_table,
+    scored,
+)
 from gaitlab.papers.reproduction.page import first_page, second_page
 from gaitlab.papers.reproduction.sections.pitch import pitch_section, published_settings
 from gaitlab.papers.reproduction.sections.tables import tables_section
@@ -19,7 +27,13 @@ from gaitlab.papers.reproduction.sections.variants import variants_section
 from gaitlab.papers.reproduction.together import shown_variants, together
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Variant
-from tests.papers.reproduction.printed import context, printed_results, printed_trials, section
+from tests.papers.reproduction.printed import (
+    as_printed,
+    context,
+    printed_results,
+    printed_trials,
+    section,
+)
 from tests.report.builder import results_of, toy_trials, trial
 
 CALIBRATED = {
@@ -41,36 +55,70 @@ def one_cell_off(table, place, stable, seed) -> bool:
     return not stable if off else stable
 
 
-def test_the_headline_is_three_lines_that_count_predicted_cells_apart() -> None:
-    found = answers({"a": printed_results(one_cell_off, seeds=40)}, ["a"])
-    before, after, gain = headline(found, CALIBRATED).splitlines()
-    assert before.startswith("- **Table 7**, without optimisation: ")
-    assert after.startswith("- **Table 8**, with optimisation: ")
-    assert "**28 of 28** forward cells as printed (constants were chosen on them)" in before
-    assert "**12 of 12** backward cells (predicted; calling each of them stable gives 9)" in before
-    assert before.endswith(
-        "5 of 5 pairs of pedestals in the paper's order (constants were chosen "
-        "on all of the forward cells)."
-    )
-    assert "order (constants were chosen on some of the forward cells)." in after
-    assert "**27 of 28** forward cells as printed, **13 of the 14 predicted** ones, all on" in after
-    assert "grass 50 mm and grass 10 mm (calling each of them stable gives 11)" in after
-    assert "50 % [50–50] → 78 % [78–78], a gain of **+28 points** [28–28]" in gain
-    assert (
-        "chosen on 42 of the 80 cells; its interval, of the seeds alone (40 a cell), excl" in gain
-    )
-    assert "+48 as stated (32 → 80 %), +30 as its tables count (50 → 80 %)" in gain
+def columns_of(outcome=as_printed, calibrated=CALIBRATED, **given):
+    return scored(answers({"a": printed_results(outcome, **given)}, ["a"]), calibrated)
 
 
-def test_the_headline_claims_no_gain_where_both_gaits_do_the_same() -> None:
-    found = answers({"a": printed_results(lambda table, place, stable, seed: seed % 2)}, ["a"])
-    assert "of the seeds alone (4 a cell), holds zero" in headline(found, {})
+def test_predicted_cells_come_first_and_beside_what_guessing_gives() -> None:
+    text = score_table(columns_of(one_cell_off, seeds=40))
+    rows = [[c.strip() for c in line.strip("|").split("|")] for line in text.splitlines()[2:]]
+    counted = {row[0]: (row[1].partition(",")[0], *row[2:]) for row in rows}
+    assert counted == {
+        "**predicted, all**": ("37/38", "29/38", "29/38"),
+        "predicted: Table 7, backward": ("12/12", "9/12", "9/12"),
+        "predicted: Table 8, forward": ("13/14", "11/14", "11/14"),
+        "predicted: Table 8, backward": ("12/12", "9/12", "9/12"),
+        "chosen on: Table 7, forward": ("28/28", "11/28", "22/28"),
+        "chosen on: Table 8, forward": ("14/14", "12/14", "12/14"),
+    }
+    assert list(counted) == [row[0] for row in rows]
+
+
+def test_the_headline_claims_a_gain_only_where_it_is_told_from_none() -> None:
+    _, gain = headline(columns_of(one_cell_off, seeds=40))
+    assert "**+28 points** [28–28]" in gain
+    assert "excludes zero" in gain
+    assert "+48 as stated, +30 as its tables count" in gain
+    _, none = headline(columns_of(lambda table, place, stable, seed: seed % 2))
+    assert "holds zero" in none
 
 
 def test_the_headline_says_over_how_many_cells_if_not_all_are_there() -> None:
     whole = printed_results()
     part = replace(whole, trials=whole.trials[whole.trials["surface"] == "carpet_4mm"])
-    assert "over 10 of the 40 printed cells" in headline(answers({"a": part}, ["a"]), {})
+    _, gain = headline(scored(answers({"a": part}, ["a"]), {}))
+    assert "over 20 of the 80 printed cells" in gain
+
+
+@pytest.fixture
+def two_engines() -> list[Scored]:
+    """A reproduction in MuJoCo as printed but for one cell, and in Bullet as printed."""
+    results = {"fast": printed_results(one_cell_off, seeds=6), "slow": printed_results(seeds=3)}
+    engines = {"fast": "mujoco", "slow": "bullet"}
+    members = {
+        name: load_experiment("eros_quick", [f"engine.name={engine}"])
+        for name, engine in engines.items()
+    }
+    return scored(answers(results, list(results), members), CALIBRATED)
+
+
+def test_each_engine_has_a_column_with_its_own_seeds(two_engines: list[Scored]) -> None:
+    assert [one.side.label for one in two_engines] == ["mujoco", "bullet"]
+    row = cells(score_table(two_engines), "predicted: Table 8, forward")
+    assert [cell.partition(",")[0] for cell in row[1:3]] == ["13/14", "14/14"]
+    assert "mujoco, 6 seeds a cell" in score_table(two_engines)
+    assert "bullet, 3 seeds a cell" in score_table(two_engines)
+    rows = [line for line in efficiency_table(two_engines).splitlines() if "**mujoco" in line
+            or "**bullet" in line]  # fmt: skip
+    assert ["+28 points" in rows[0], "+30 points" in rows[1]] == [True, True]
+
+
+def test_engines_agree_over_the_seeds_that_both_have_walked(two_engines: list[Scored]) -> None:
+    found = engines_agree(two_engines)
+    assert found is not None
+    assert (len(found.cells), len(found.differing), found.pairs.total()) == (80, 1, 240)
+    assert engines_agree(two_engines[:1]) is None
+    assert engines_agree([two_engines[0], two_engines[0]]) is None
 
 
 def out_of_reach(trials: list[dict[str, object]], row: float) -> list[dict[str, object]]:
@@ -84,7 +132,7 @@ def test_cells_out_of_reach_are_counted_as_unstable(tmp_path: Path) -> None:
     text = tables_section(section("tables", "a"), context(whole, tmp_path))
     assert "S = U" not in text
     assert cells(text, "forward 24")[5] == "U = U 0/4 out of reach"
-    assert [cell[:4] for cell in cells(text, "**simulated, all rows**")[1:3]] == ["50 %", "78 %"]
+    assert [cell[:4] for cell in cells(text, "**bullet, all rows**")[1:3]] == ["50 %", "78 %"]
 
 
 def test_variants_say_what_was_out_of_their_reach(tmp_path: Path) -> None:
@@ -135,7 +183,7 @@ def test_the_only_variant_of_a_member_is_called_by_the_member(tmp_path: Path) ->
 def test_a_cell_that_differs_is_marked_without_colour(tmp_path: Path) -> None:
     given = section("tables", "a", calibrated=CALIBRATED)
     text = tables_section(given, context({"a": printed_results(one_cell_off)}, tmp_path))
-    _, after = (part for part in text.split("### Table ")[1:3])
+    _, after = (part for part in text.split("**Table ")[1:3])
     assert cells(after, "forward 16")[2:] == [
         "**S ≠ U 0/4**",
         "S = S 4/4 †",
@@ -146,20 +194,11 @@ def test_a_cell_that_differs_is_marked_without_colour(tmp_path: Path) -> None:
     assert cells(after, "backward 24")[2:] == ["U = U 0/4"] * 3 + ["S = S 4/4"]
 
 
-def test_predicted_cells_stand_beside_what_guessing_gives(tmp_path: Path) -> None:
-    given = section("tables", "a", calibrated=CALIBRATED)
-    text = tables_section(given, context({"a": printed_results(one_cell_off)}, tmp_path))
-    kinds = ("calibrated on", "predicted, forward", "predicted, backward", "predicted, all")
-    rows = [cells(text, f"Table 8, {BOTH}: {kind}")[1:] for kind in kinds]
-    assert [row[0].partition(",")[0] for row in rows] == ["14/14", "13/14", "12/12", "25/26"]
-    assert [row[2:] for row in rows] == [[n, n] for n in ("12/14", "11/14", "9/12", "20/26")]
-
-
 def test_the_papers_efficiencies_stand_beside_ours(tmp_path: Path) -> None:
     text = tables_section(section("tables", "a"), context({"a": printed_results()}, tmp_path))
     assert cells(text, "paper, stated in the text")[1:] == ["32 %", "80 %", "+48"]
-    assert cells(text, "**simulated, all rows**")[1].startswith("50 %")
-    assert cells(text, "**simulated, forward rows**")[2].startswith("82 %")
+    assert cells(text, "**bullet, all rows**")[1].startswith("50 %")
+    assert cells(text, "**bullet, forward rows**")[2].startswith("82 %")
     assert (
         "Table 7: carpet 4 mm > grass 10 mm > grass 50 mm = grass 30 mm; the paper: carpet" in text
     )

@@ -1,36 +1,35 @@
-"""A paper's printed tables beside the simulated ones, cell by cell, and what agreement is worth.
+"""A paper's printed tables beside the simulated ones, cell by cell, folded below the first screen.
 
-The agreement is counted apart for the cells that constants were chosen on and for those that were
-predicted, and set beside what guessing gives.
+The scores, the picture and the sentences of the first screen are `headline`'s.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import cast
 
-from gaitlab.experiment.reference import ReferenceCell
+from gaitlab.experiment.reference import ReferenceCell, ReferenceTable
 from gaitlab.papers.reproduction.answers import (
     Answer,
     Calibrated,
     Judged,
     agreement,
-    always_stable,
     answers,
-    best_constant,
     forward_only,
-    judged,
     require_known,
 )
 from gaitlab.papers.reproduction.efficiency import Simulated, claims
 from gaitlab.papers.reproduction.headline import (
+    Scored,
     count_text,
     efficiencies,
-    first_answers,
+    engines_agree,
     order_sentence,
+    scored,
 )
 from gaitlab.papers.reproduction.section import Context, Section, option
-from gaitlab.report.markdown import escape, table
+from gaitlab.report.agreement import agreement_blocks
+from gaitlab.report.markdown import details, escape, table
 from gaitlab.report.words import (
     NOTHING,
     interval,
@@ -39,7 +38,6 @@ from gaitlab.report.words import (
     surface_text,
     verdict_text,
 )
-from gaitlab.statistics import Count
 
 OPTIONS = (
     option(
@@ -51,145 +49,133 @@ OPTIONS = (
     ),
 )
 LEGEND = """\
-Each cell: what the paper prints (S stable, U unstable), what the simulation finds, and how many of
-its seeds stayed up; with at least half of them it is stable. **`≠` in bold where the two differ**;
-`†` marks a cell that constants were chosen on; *predicted* is a cell by whose outcome no constant
-was chosen. Steps out of reach count as not stable. A cell in which most seeds fall before their
-first step does not stand, which is no verdict and agrees with none. `?` marks what rests on a share
-whose 95 % interval holds one half."""
+Each cell: what the paper prints (S stable, U unstable), then for each column of the scores what the
+simulation finds and how many of its seeds stayed up; with at least half of them it is stable. **`≠`
+in bold where the two differ**; `†` marks a cell that constants were chosen on. Steps out of reach
+count as not stable. A cell in which most seeds fall before their first step does not stand, which
+is no verdict and agrees with none. `?` marks what rests on a share whose 95 % interval holds one
+half."""
 GUESSES = """\
-*Always S* says stable of every cell. *Best constant* says of each ground and table whichever
-verdict the paper prints there more often, with the answer in hand. Intervals are Wilson's; cells of
-one ground hang together, so they are narrower than they should be."""
-STRICT = """\
-*Strict* counts a walk as stable only if it also covered half of the commanded distance; the paper
-asks for no fall alone."""
-BACKWARD = """\
-The backward blocks of the two tables are printed identical, and the percentages that the text
-states for Table 7 do not fit its own; the backward rows therefore say little about the simulation,
-and the forward rows are counted apart."""
-SEEDS = """\
-Intervals in this table are of the seeds alone, cells taken as independent: of what was assumed and
-of the choice of constants there is nothing in them."""
+*Best verdict a ground* says of each ground and table whichever verdict the paper prints there more
+often, with the answer in hand. Intervals are Wilson's; cells of one ground hang together, so they
+are narrower than they should be. *Strict* counts a walk as stable only if it also covered half of
+the commanded distance; the paper asks for no fall alone."""
 CLAIMS = """\
 The text states 32 → 80 %; counting the printed cells gives 50 → 80 %. With 0, 0, 0 and 2 stable
 backward rows in Table 7 the same counting gives the pedestals' stated 10, 10, 30 and 80 %, which
-suggests that its backward block was printed from Table 8; nothing in the paper proves it."""
+suggests that its backward block was printed from Table 8; nothing in the paper proves it. The
+intervals are of the seeds alone, cells taken as independent."""
 
 
 def tables_section(section: Section, context: Context) -> str:
-    """Matrices, agreement, order of the grounds and efficiency, as Markdown.
+    """Matrices, order of the grounds, efficiencies and the engines' agreement, as Markdown.
 
     Raises:
         WrongValue: If the option `calibrated` names what there is not.
     """
     calibrated = cast(Calibrated, section.options["calibrated"])
     require_known(calibrated)
-    found = answers(context.results, section.experiments)
+    found = answers(context.results, section.experiments, context.experiments)
     if not found:
         return "No variant here answers to a printed table; an experiment says so by `compare:`."
-    cells = {id(answer): judged(answer, calibrated) for answer in found}
-    every = [(answer, cells[id(answer)]) for answer in found]
-    told = (order_sentence(answer, cells) for answer, cells in every)
-    lines = "\n".join(f"- {text}" for text in told if text)
-    order = f"### Order of the pedestals\n\n{lines}" if lines else ""
+    columns = scored(found, calibrated)
+    engines = engines_agree(columns)
+    references = list(dict.fromkeys(answer.table for answer in found))
     blocks = [
-        f"{LEGEND} The printed distance is read as {_reading(found[0])}.",
-        *(_matrix(answer, judgements, found) for answer, judgements in every),
-        _agreement(every),
-        order,
-        _efficiency(first_answers(found)),
+        details(
+            "Cell by cell",
+            *(_matrix(reference, columns) for reference in references),
+            f"{LEGEND} The printed distance is read as {_reading(found[0])}.",
+        ),
+        details(
+            "Order of the pedestals, strict scores, every way to count the efficiency",
+            _orders(columns),
+            _strict(columns),
+            GUESSES,
+            _efficiency(columns),
+        ),
+        details(
+            "The two engines, cell by cell",
+            *(agreement_blocks(columns[0].side.answers[0].results, engines) if engines else []),
+        ),
     ]
     return "\n\n".join(block for block in blocks if block)
 
 
-Every = Sequence[tuple[Answer, Sequence[Judged]]]
-
-
-def _name(answer: Answer, found: Sequence[Answer]) -> str:
-    """The table, and the variant where several answer to it."""
-    several = sum(other.table is answer.table for other in found) > 1
-    tail = f"{answer.experiment}, {answer.label}" if several else answer.label
-    return f"{answer.table.title}, {escape(tail)}"
-
-
-def _matrix(answer: Answer, cells: Sequence[Judged], found: Sequence[Answer]) -> str:
-    grounds = list(dict.fromkeys(cell.place.surface for cell in cells))
-    rows = list(dict.fromkeys(cell.place.printed for cell in cells))
-    rows.sort(key=lambda row: row < 0.0)
-    at = {cell.place: cell for cell in cells}
-    reading = answer.table.readings[answer.results.reading]
+def _matrix(reference: ReferenceTable, columns: Sequence[Scored]) -> str:
+    """One printed table, its columns side by side in every cell."""
+    cells = [{c.place: c for c in one.cells if c.table is reference} for one in columns]
+    places = list(dict.fromkeys(place for found in cells for place in found))
+    grounds = list(dict.fromkeys(place.surface for place in places))
+    rows = sorted({place.printed for place in places}, key=lambda row: (row < 0.0, abs(row)))
+    one = next(a for c in columns for a in c.side.answers if a.table is reference)
+    reading = reference.readings[one.results.reading]
     body = [
         [
             f"{ReferenceCell(row, '').direction} {abs(row):g}",
             f"{row * reading.one:+.3g} m",
             *(
-                _cell(at[ReferenceCell(row, g)]) if ReferenceCell(row, g) in at else NOTHING
-                for g in grounds
+                _cell([f[place] for f in cells if place in f]) or NOTHING
+                for place in (ReferenceCell(row, ground) for ground in grounds)
             ),
         ]
         for row in rows
     ]
-    head = ["printed", "step length", *(f"{_pedestal(answer, g)}" for g in grounds)]
-    return f"### {_name(answer, found)}\n\n{table(head, body, 'lr')}"
+    head = ["printed", "step length", *(_pedestal(reference, ground) for ground in grounds)]
+    said = " and ".join(escape(c.side.label) for c in columns)
+    return f"**{reference.title}**: the paper, then {said}\n\n{table(head, body, 'lr')}"
 
 
 def _reading(answer: Answer) -> str:
     return answer.table.readings[answer.results.reading].text
 
 
-def _pedestal(answer: Answer, ground: str) -> str:
-    number = list(answer.table.stated).index(ground) + 1
+def _pedestal(reference: ReferenceTable, ground: str) -> str:
+    number = list(reference.stated).index(ground) + 1
     return f"{number}: {escape(surface_text(ground))}"
 
 
-def _cell(cell: Judged) -> str:
-    """Printed verdict, ours, and seeds that stayed up."""
-    ours = verdict_text(cell.ours)
-    reach = "" if cell.ours.feasible else " out of reach"
-    sign = "=" if cell.agrees() else "≠"
-    text = f"{letter(cell.printed)} {sign} {ours} {cell.ours.count()}/{cell.ours.n}{reach}"
-    text = text if cell.agrees() else f"**{text}**"
-    return text + (" †" if cell.calibrated else "")
-
-
-def _short(count: Count) -> str:
-    return f"{count.successes}/{count.n}"
-
-
-KINDS: tuple[tuple[str, Callable[[Judged], bool]], ...] = (
-    ("forward", lambda cell: cell.place.direction == "forward"),
-    ("backward", lambda cell: cell.place.direction == "backward"),
-    ("calibrated on", lambda cell: cell.calibrated),
-    ("predicted, forward", lambda c: not c.calibrated and c.place.direction == "forward"),
-    ("predicted, backward", lambda c: not c.calibrated and c.place.direction == "backward"),
-    ("predicted, all", lambda cell: not cell.calibrated),
-)
-
-
-def _agreement(every: Every) -> str:
-    """Cells as printed by direction, calibrated or predicted, beside what guessing gives."""
-    rows = []
-    found = [answer for answer, _ in every]
-    for answer, cells in every:
-        for kind, wanted in KINDS:
-            chosen = [cell for cell in cells if wanted(cell)]
-            if chosen:
-                counts = agreement(chosen, "stable_strict"), always_stable(chosen)
-                texts = map(_short, (*counts, best_constant(chosen)))
-                rows.append(
-                    [f"{_name(answer, found)}: {kind}", count_text(agreement(chosen)), *texts]
-                )
-    head = ["cells", "as printed [95 %]", "strict", "always S", "best constant a ground"]
-    return f"### Agreement\n\n{table(head, rows, 'l')}\n\n{STRICT} {GUESSES} {BACKWARD}"
-
-
-def _efficiency(first: Sequence[Answer]) -> str:
-    """The paper's percentages under every way of counting, and ours with their intervals."""
-    if len(first) < 2:
+def _cell(there: Sequence[Judged]) -> str:
+    """Printed verdict, and of each column its own and the seeds that stayed up."""
+    if not there:
         return ""
-    ours = efficiencies(first[0], first[1])
-    paper = [
+    parts = []
+    for cell in there:
+        reach = "" if cell.ours.feasible else " out of reach"
+        sign = "=" if cell.agrees() else "≠"
+        parts.append(f"{sign} {verdict_text(cell.ours)} {cell.ours.count()}/{cell.ours.n}{reach}")
+    text = f"{letter(there[0].printed)} {', '.join(parts)}"
+    text = text if all(cell.agrees() for cell in there) else f"**{text}**"
+    return text + (" †" if there[0].calibrated else "")
+
+
+def _orders(columns: Sequence[Scored]) -> str:
+    """How each column orders the grounds, a line a table."""
+    told = (
+        (one.side.label, order_sentence(answer, [c for c in one.cells if c.table is answer.table]))
+        for one in columns
+        for answer in one.side.answers
+    )
+    return "\n".join(f"- {escape(label)}, {text}" for label, text in told if text)
+
+
+def _strict(columns: Sequence[Scored]) -> str:
+    """All cells as printed, by both scores."""
+    rows = [
+        [
+            f"{escape(one.side.label)}: {answer.table.title}",
+            *(count_text(agreement(cells, score)) for score in ("stable", "stable_strict")),
+        ]
+        for one in columns
+        for answer in one.side.answers
+        if (cells := [cell for cell in one.cells if cell.table is answer.table])
+    ]
+    return table(["all cells as printed [95 %]", "stable", "strict"], rows, "l")
+
+
+def _efficiency(columns: Sequence[Scored]) -> str:
+    """The paper's percentages under every way of counting, and ours over all and forward rows."""
+    rows = [
         [
             f"paper, {c.name}",
             f"{c.without:.3g} %",
@@ -198,21 +184,30 @@ def _efficiency(first: Sequence[Answer]) -> str:
         ]
         for c in claims()
     ]
-    rows = [*paper, _simulated_row("simulated, all rows", ours)]
-    forward = [forward_only(answer) for answer in first]
-    if all(
-        len(a.results.trials) < len(b.results.trials) for a, b in zip(forward, first, strict=True)
-    ):
-        rows.append(_simulated_row("simulated, forward rows", efficiencies(forward[0], forward[1])))
+    paired = True
+    for one in columns:
+        if len(one.side.answers) != 2:
+            continue
+        label = f"**{escape(one.side.label)}"
+        ours = efficiencies(*one.side.answers)
+        paired = paired and ours.paired
+        rows.append(_simulated_row(f"{label}, all rows**", ours))
+        forward = [forward_only(answer) for answer in one.side.answers]
+        if all(
+            len(part.results.trials) < len(whole.results.trials)
+            for part, whole in zip(forward, one.side.answers, strict=True)
+        ):
+            rows.append(_simulated_row(f"{label}, forward rows**", efficiencies(*forward)))
+    if len(rows) == len(claims()):
+        return ""
     head = ["efficiency", "without [95 %]", "with [95 %]", "gain, points [95 %]"]
-    pairs = "drawn in pairs of equal cell and seed" if ours.paired else "without common seeds"
-    note = f"{CLAIMS} The interval of the gain is {pairs}. {SEEDS}"
-    return f"### Efficiency\n\n{table(head, rows, 'l')}\n\n{note}"
+    pairs = "drawn in pairs of equal cell and seed" if paired else "without common seeds"
+    return f"{table(head, rows, 'l')}\n\n{CLAIMS} That of a gain is {pairs}."
 
 
 def _simulated_row(name: str, found: Simulated) -> list[str]:
     return [
-        f"**{name}**",
+        name,
         f"{percent(found.without)} {interval(found.without_interval)}",
         f"{percent(found.with_)} {interval(found.with_interval)}",
         f"{found.gain:+.0f} {interval(found.gain_interval)}",
