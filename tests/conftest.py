@@ -14,6 +14,8 @@ from hypothesis import settings
 
 from gaitlab.errors import NoEngine
 
+# Threads of a matrix library that wait for each other on a busy machine take many times as long.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # No deadline: a busy machine is no failure. Derandomised: the same commit gives the same verdict.
 settings.register_profile("gaitlab", deadline=None, derandomize=True)
 settings.load_profile("gaitlab")

@@ -1,37 +1,32 @@
 """How far a result hangs on what was assumed, from points that fill the box of the assumptions.
 
-A straight plane is fitted through the response over the box, all quantities at once, and each
-quantity's effect is the change of the plane from its low to its high end. Sobol' indices, which
-need no plane, take (k + 2) samples of hundreds of points each for k quantities [Saltelli2008]; with
-some tens of points, each of many walks, their error is as large as they are. Points of a scrambled
-sequence are nearly uncorrelated [Owen1998], so that the plane's slopes are told apart with few, and
-R^2 says how much of the response the plane leaves unsaid: curvature, and quantities that act
-together.
+A Gaussian process stands for the response over the box (`surrogate`), and Sobol' indices are those
+of its mean [Marrel2009]: the first-order index of a quantity is the share of the response's
+variance over the box that it explains alone, the total index the share that would be left if all
+others were known [Saltelli2010]. Of a response that no model predicts better than its mean there is no index.
 
 References:
-    Davidson2008: Davidson and Flachaire, The wild bootstrap, tamed at last, J. of Econometrics,
-        2008.
-    Freedman1983: Freedman and Lane, A nonstochastic interpretation of reported significance
-        levels, J. of Business & Economic Statistics, 1983.
-    Owen1998: Owen, Scrambling Sobol' and Niederreiter-Xing points, J. of Complexity, 1998.
-    Saltelli2008: Saltelli et al., Global Sensitivity Analysis: The Primer, 2008.
+    Marrel2009: A. Marrel, B. Iooss, B. Laurent, O. Roustant, Calculations of Sobol indices for the
+        Gaussian process metamodel, Reliability Engineering & System Safety, 2009.
+    Saltelli2010: A. Saltelli et al., Variance based sensitivity analysis of model output. Design
+        and estimator for the total sensitivity index, Computer Physics Communications, 2010.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
-from math import nan
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import sobol_indices, uniform
 
-from gaitlab.statistics.compare import holm
 from gaitlab.statistics.proportions import Count, Interval
+from gaitlab.statistics.surrogate import Function, Quality, fit_process, quality
 
-DRAWS = 4_999  # of bootstrap and permutations; with the data themselves a round 5 000
-ROUNDING = 1e-9  # of the largest response; smaller differences are none
+DRAWS = 200  # of values and functions, for intervals
+SAMPLES = 512  # of the box, times k + 2 for k quantities; a power of two
+SEED = 20100201  # of everything drawn here
+ROUNDING = 1e-9  # of the largest value; a smaller scatter is none
 
 
 class SignShares(NamedTuple):
@@ -42,34 +37,40 @@ class SignShares(NamedTuple):
     negative: Count
 
 
-@dataclass(frozen=True, kw_only=True)
-class LinearEffect:
-    """What one quantity does to the response, the others held.
+class Estimate(NamedTuple):
+    """A number and its interval."""
 
-    Attributes:
-        change: From the low to the high end of its range, in the unit of the response.
-        interval: Of the change.
-        p_value: That chance alone makes such a change, corrected for the number of quantities.
-    """
-
-    change: float
+    value: float
     interval: Interval
-    p_value: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class LinearEffects:
-    """A plane through the response over the box.
+class QuantityEffect:
+    """What one quantity does to the response.
 
     Attributes:
-        effects: One for each quantity.
-        r_squared: Share of the response's variance that the plane explains; NaN when it has none.
-        adjusted: The same less what a plane explains of mere noise.
+        first: Share of the variance over the box that it explains alone.
+        total: Share that it has a part in, alone or with others.
+        change: From the low to the high end of its range, the mean over the others, in the unit of
+            the response.
     """
 
-    effects: tuple[LinearEffect, ...]
-    r_squared: float
-    adjusted: float
+    first: Estimate
+    total: Estimate
+    change: Estimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensitivity:
+    """A model of a response over a box.
+
+    Attributes:
+        quality: How well it predicts.
+        effects: One for each quantity; empty where no model predicts better than the mean.
+    """
+
+    quality: Quality
+    effects: tuple[QuantityEffect, ...]
 
 
 def sign_shares(differences: np.ndarray) -> SignShares:
@@ -80,108 +81,91 @@ def sign_shares(differences: np.ndarray) -> SignShares:
 
 
 def fewest_points(quantities: int) -> int:
-    """Points below which a plane through them says too little: two for each of its numbers."""
+    """Points below which a model of them says too little: two for each of its length scales."""
     return 2 * (quantities + 1)
 
 
-def linear_effects(
+def sensitivity_of(
     points: np.ndarray,
-    response: np.ndarray,
-    box: np.ndarray | None = None,
+    values: np.ndarray,
+    *,
+    noise: np.ndarray | float = 0.0,
+    resampled: np.ndarray | None = None,
     confidence: float = 0.95,
-) -> LinearEffects:
-    """Effect of each quantity on a response, from a regression on all of them.
+) -> Sensitivity:
+    """Sobol' indices of a response, if a model predicts it better than its mean.
 
-    Intervals are of the wild bootstrap, each residual divided by 1 less its leverage
-    [Davidson2008], so that a response may scatter more at one end of the box than at the other.
-    p-values permute the residuals of the plane without the quantity [Freedman1983], corrected
-    by Holm. Neither depends on the order of the points.
+    Intervals are of functions drawn from the model, length scales held, each through values that
+    were resampled; they reach to the indices of the mean, which a drawn function, being rougher,
+    may lie beside.
 
     Args:
-        points: Places in the box. Shape (n, k).
-        response: One value a point. Shape (n,).
-        box: Low and high end of each quantity, in the unit of `points`; by default 0 and 1.
-            Shape (2, k).
-        confidence: Share of the intervals that hold the true change.
+        points: Places in the unit box. Shape (n, k).
+        values: The response. Shape (n,).
+        noise: Known variance of the values, of each point or of all.
+        resampled: The values of other seeds, one column a draw; by default the values themselves.
+            Shape (n, draws).
+        confidence: Share of the intervals that hold the true number.
 
     Raises:
-        ValueError: If there are fewer points than `fewest_points`, or some lie so that two
-            quantities cannot be told apart.
+        ValueError: If there are fewer points than `fewest_points`.
     """
-    low, high = (0.0, 1.0) if box is None else np.asarray(box, dtype=float)
-    unit = np.asarray((np.asarray(points, dtype=float) - low) / (high - low))
-    x, y = _ordered(unit, response)
-    n, k = x.shape
-    if n < fewest_points(k):
-        raise ValueError(f"{n} points for {k} quantities; at least {fewest_points(k)} are needed")
-    if np.linalg.matrix_rank(_with_constant(x)) <= k:
-        raise ValueError("two quantities move together in all points, or one never moves")
+    points, values = np.asarray(points, dtype=float), np.asarray(values, dtype=float)
+    k = points.shape[1]
+    if len(points) < fewest_points(k):
+        raise ValueError(f"{len(points)} points, {k} quantities; {fewest_points(k)} are needed")
+    order = np.lexsort((values, *np.round(points, 9).T[::-1]))  # the folds belong to the points
+    points, values = points[order], values[order]
+    noise = np.broadcast_to(np.asarray(noise, dtype=float), values.shape)[order]
+    if np.ptp(values) <= ROUNDING * float(np.max(np.abs(values))):
+        return Sensitivity(quality=Quality(0.0, predicts=False), effects=())
+    found = quality(points, values, noise)
+    if not found.predicts:
+        return Sensitivity(quality=found, effects=())
+    model = fit_process(points, values, noise)
+    drawn = np.tile(values[:, None], DRAWS) if resampled is None else np.asarray(resampled)[order]
+    mean = _numbers(lambda places: model.predict(places)[:, None], k)[..., 0]
+    draws = _numbers(model.paths(np.random.default_rng(SEED), drawn), k)
+    tails = [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0]
+    low, high = np.quantile(draws, tails, axis=-1)
+    low, high = np.minimum(low, mean), np.maximum(high, mean)
     effects = [
-        LinearEffect(change=change, interval=interval, p_value=p_value)
-        for change, interval, p_value in zip(
-            *_changes(x, y, confidence), holm(list(_p_values(x, y))), strict=True
+        QuantityEffect(
+            **{
+                name: Estimate(float(mean[i, j]), Interval(float(low[i, j]), float(high[i, j])))
+                for i, name in enumerate(("first", "total", "change"))
+            }
         )
+        for j in range(k)
     ]
-    total = float(y @ y)
-    basis = np.linalg.qr(_with_constant(x))[0]
-    rest = _beside(basis, y[None])[0]
-    explained = 1.0 - float(rest @ rest) / total if total > 0.0 else nan
-    freedom = (len(y) - 1) / (len(y) - x.shape[1] - 1)
-    adjusted = 1.0 - (1.0 - explained) * freedom
-    return LinearEffects(effects=tuple(effects), r_squared=explained, adjusted=adjusted)
+    return Sensitivity(quality=found, effects=tuple(effects))
 
 
-def _ordered(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points in an order of their own, to which the draws belong; the response from its mean."""
-    order = np.lexsort((y, *np.round(x, 9).T[::-1]))
-    y = np.asarray(y, dtype=float)[order]
-    centred = y - y.mean()
-    return x[order], np.where(np.abs(centred) > ROUNDING * np.max(np.abs(y)), centred, 0.0)
+def _numbers(function: Function, k: int) -> np.ndarray:
+    """First-order and total indices, and changes from end to end, of functions over the unit box.
 
+    Args:
+        function: From places of shape (m, k) to values of shape (m, draws).
+        k: Edges of the box.
 
-def _with_constant(x: np.ndarray) -> np.ndarray:
-    return np.column_stack([np.ones(len(x)), x])
-
-
-def _changes(x: np.ndarray, y: np.ndarray, confidence: float) -> tuple[list[float], list[Interval]]:
-    """Slopes of the plane over the whole range and their intervals."""
-    solve = np.linalg.pinv(_with_constant(x))
-    slopes = solve @ y
-    leverage = np.sum(_with_constant(x) * solve.T, axis=1)
-    residuals = (y - _with_constant(x) @ slopes) / np.maximum(1.0 - leverage, ROUNDING)
-    drawn = np.abs((_signs(len(y)) * residuals) @ solve[1:].T)
-    reach = np.quantile(drawn, confidence, axis=0)
-    pairs = zip(slopes[1:].tolist(), reach.tolist(), strict=True)
-    intervals = [Interval(slope - width, slope + width) for slope, width in pairs]
-    return slopes[1:].tolist(), intervals
-
-
-def _p_values(x: np.ndarray, y: np.ndarray) -> Iterator[float]:
-    """Chance of each slope under permutations of the residuals of the plane without it."""
-    order = _permutations(len(y))
-    for j in range(x.shape[1]):
-        basis = np.linalg.qr(_with_constant(np.delete(x, j, axis=1)))[0]
-        rest, own = _beside(basis, y[None])[0], _beside(basis, x[None, :, j])[0]
-        shuffled = _beside(basis, rest[order])
-        size = np.linalg.norm(shuffled, axis=1)
-        # A response that the others explain wholly leaves nothing to permute.
-        found = np.abs(shuffled @ own) / np.where(size > 0.0, size, 1.0)
-        norm = float(np.linalg.norm(rest))
-        seen = float(abs(rest @ own)) / norm if norm > 0.0 else 0.0
-        yield float((1 + np.sum(found >= seen * (1.0 - ROUNDING))) / (1 + DRAWS))
-
-
-@lru_cache(maxsize=4)
-def _signs(n: int) -> np.ndarray:
-    """Signs of the wild bootstrap. Shape (DRAWS, n)."""
-    return np.random.default_rng(20080901).choice([-1.0, 1.0], (DRAWS, n))
-
-
-@lru_cache(maxsize=4)
-def _permutations(n: int) -> np.ndarray:
-    return np.argsort(np.random.default_rng(19831001).random((DRAWS, n)), axis=1)
-
-
-def _beside(basis: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """What the basis leaves of each row. Shape (m, n)."""
-    return rows - (rows @ basis) @ basis.T
+    Returns:
+        Shape (3, k, draws).
+    """
+    found = sobol_indices(
+        func=lambda places: function(np.asarray(places).T).T,
+        n=SAMPLES,
+        dists=[uniform()] * k,
+        random_state=np.random.default_rng(SEED),  # `rng` from SciPy 1.15 on
+    )
+    shares = [np.clip(np.atleast_2d(index), 0.0, 1.0).T
+              for index in (found.first_order, found.total_order)]  # fmt: skip
+    others = np.random.default_rng(SEED).random((SAMPLES, k))
+    changes = []
+    for j in range(k):
+        ends = []
+        for end in (0.0, 1.0):
+            places = others.copy()
+            places[:, j] = end
+            ends.append(function(places).mean(axis=0))
+        changes.append(ends[1] - ends[0])
+    return np.stack([*shares, np.array(changes)])

@@ -40,6 +40,8 @@ class Sweep:
         places: Of each point along the edges of the box, 0 at the low ends. Shape (n, k).
         walks: Of each variant at each point.
         by_ground: Stable shares of the points on each ground. Shapes (n,).
+        by_seed: Stable shares of the points with each seed, the mean over the grounds. Shapes
+            (n, seeds).
         left_out: Points with a walk that failed or was not simulated yet.
     """
 
@@ -48,6 +50,7 @@ class Sweep:
     places: np.ndarray
     walks: int
     by_ground: Mapping[str, Sides]
+    by_seed: Sides
     left_out: int
 
     @property
@@ -84,6 +87,7 @@ def sweep_of(experiment: Experiment, results: Results) -> Sweep:
             str(ground): Sides(*(_shares(side, ground, complete.index[kept]) for side in sides))
             for ground in results.trials["surface"].unique()
         },
+        by_seed=Sides(*(_by_seed(side, complete.index[kept]) for side in sides)),
         left_out=design.points - len(kept),
     )
 
@@ -142,3 +146,9 @@ def _where(trials: pd.DataFrame, values: Mapping[str, Value]) -> np.ndarray:
 def _shares(trials: pd.DataFrame, ground: object, points: pd.Index) -> np.ndarray:
     chosen = trials[trials["surface"] == ground]
     return np.asarray(chosen.groupby("point")["up"].mean().reindex(points), dtype=float)
+
+
+def _by_seed(trials: pd.DataFrame, points: pd.Index) -> np.ndarray:
+    means = trials.groupby(["point", "seed", "surface"])["up"].mean()
+    table = means.groupby(["point", "seed"]).mean().unstack("seed")
+    return np.asarray(table.reindex(points), dtype=float)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -167,8 +168,10 @@ def test_a_step_out_of_reach_counts_as_a_fall(experiment) -> None:
 
 def test_the_page_names_what_matters_and_nothing_else(experiment, tmp_path) -> None:
     text = page(experiment, results_of(experiment, up), tmp_path, **{FRICTION: "grip"})
-    assert "The improvement hangs on grip (+" in text
-    assert "The stable share of *plain* hangs on mass (-" in text
+    assert re.search(r"The improvement \(Q² = 0\.\d+\) hangs on grip \(.*, \+", text)
+    assert re.search(
+        r"The stable share of \*plain\* \(Q² = [01]\.\d+\) hangs on mass \(.*, -", text
+    )
     assert "sole length (" not in text
     assert (tmp_path / "sensitivity_walk.png").stat().st_size > 1000
 
@@ -231,6 +234,24 @@ def test_few_points_say_how_many_would_tell(tmp_path) -> None:
     few = read(tmp_path, SWEEP, "design.points=6")
     text = page(few, results_of(few, up), tmp_path)
     assert "6 points cannot tell 3 quantities apart; 8 can" in text
+
+
+def test_without_a_model_no_index_and_no_figure_is_shown(experiment, tmp_path) -> None:
+    generator = np.random.default_rng(5)
+    text = page(experiment, results_of(experiment, lambda _: generator.random() < 0.5), tmp_path)
+    assert text.count("No model predicts") == 3
+    assert "first-order" not in text
+    assert not list(tmp_path.glob("*.png"))
+
+
+def test_noise_and_other_seeds_come_from_the_seeds(experiment) -> None:
+    results = results_of(experiment, up)
+    lucky = results.trials["stable"] & (results.trials["seed"] == 1)
+    sweep = sweep_of(experiment, replace(results, trials=results.trials.assign(stable=lucky)))
+    assert sweep.by_seed.without.shape == (32, 2)
+    assert not sweep.by_seed.without[:, 0].any()
+    for shares, by_seed in zip(sweep.shares, sweep.by_seed, strict=True):
+        np.testing.assert_allclose(by_seed.mean(axis=1), shares)
 
 
 def test_nothing_simulated_is_said(experiment, tmp_path) -> None:

@@ -8,7 +8,6 @@ assumption its improvement hangs on.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import isnan
 from typing import cast
 
 import numpy as np
@@ -20,21 +19,22 @@ from gaitlab.experiment import Experiment, SweptRange
 from gaitlab.papers.reproduction.section import Context, Section, option
 from gaitlab.papers.reproduction.swept import Sides, Sweep, sweep_of
 from gaitlab.render.figure_style import BAND, INK, PAPER, new_figure, save, style, wrapped
-from gaitlab.report.markdown import escape, image, table
+from gaitlab.report.markdown import details, escape, image, table
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.results import Results
-from gaitlab.report.words import NOTHING, path_text, plural, share, surface_text, with_unit
+from gaitlab.report.words import path_text, plural, share, surface_text, with_unit
 from gaitlab.statistics import (
     Contrast,
+    Estimate,
     Interval,
-    LinearEffect,
-    LinearEffects,
+    QuantityEffect,
+    Sensitivity,
     Side,
     contrast,
     fewest_points,
     judged,
-    linear_effects,
     runs_of,
+    sensitivity_of,
     sign_shares,
     wilson,
 )
@@ -47,19 +47,21 @@ OPTIONS = (
         "what swept paths are called, {surface.vertical_scale: blade stiffness}",
     ),
 )
-UNIT = "change from the low to the high end of the range [percentage points]"
+UNIT = "share of the variance over the box"
 IMPROVEMENT = "improvement"  # title of what switching on adds to the stable share
 HALF = 0.5  # of the box; a sign that holds in more of it is the rule there
 LINE = 0.34  # in, height of a quantity with its range below it
 HEAD = 1.25  # in, of titles, axis and legend
-LEVEL = 0.05  # of the corrected p-value below which a dot is filled
-MARGIN = 1.08  # of the widest interval, the same in every panel
+NAMED = 0.02  # total index that the interval of a quantity lies above if a sentence names it
+DRAWS = 200  # of the seeds, for the indices' intervals
+SEED = 20180622  # of those draws
 METHOD = """\
-A plane is fitted through the values of all points, so that each effect is that of one quantity with
-the others held; its interval is of a wild bootstrap, p of permutations, corrected (Holm) for the
-number of quantities. R² is the share of the scatter that the plane explains, in brackets less what
-a plane explains of mere noise: what is left is curvature, quantities that act together, and chance.
-Sobol' indices would need hundreds of points for each quantity."""
+A Gaussian process with a length scale for each quantity stands for the response; its noise at a
+point is that of the seeds there and one more that all points share. Q² is 1 less its squared error
+at points left out, over that of the mean; where that is no better than chance no model is shown.
+*First-order*: share of the response's variance over the box that a quantity explains alone;
+*total*: the share that it has a part in. *Low to high* is the mean change from end to end of its
+range. Intervals are of drawn functions through resampled seeds, length scales held."""
 WILSON = """\
 Shares of the box with Wilson's 95 % interval, as if its points were drawn at random; they are
 spread more evenly than that, so that the intervals are rather too wide. The sign at a point is that
@@ -184,56 +186,91 @@ def _verdict(sweep: Sweep) -> str:
 def _effects(
     sweep: Sweep, names: Sequence[str], experiment: Experiment, context: Context
 ) -> list[str]:
-    """What the improvement and both shares hang on: a figure, a table and what can be told."""
+    """What the improvement and both shares hang on: sentences, a figure and a table of indices."""
     needed = fewest_points(len(names))
     if len(sweep.places) < needed:
         return [
             f"{plural(len(sweep.places), 'point')} cannot tell {len(names)} quantities apart; "
             f"{needed} can."
         ]
-    responses = (sweep.shares.improvement, *sweep.shares)
+    responses = (sweep.by_seed.improvement, *sweep.by_seed)
     titles = (IMPROVEMENT, *sweep.labels)
-    fits = {t: linear_effects(sweep.places, y) for t, y in zip(titles, responses, strict=True)}
-    order = sorted(range(len(names)), key=lambda j: -abs(fits[IMPROVEMENT].effects[j].change))
+    fits = {t: _fit(sweep.places, y) for t, y in zip(titles, responses, strict=True)}
+    told = "\n".join(f"- {_told(title, fit, names)}" for title, fit in fits.items())
+    shown = {title: fit.effects for title, fit in fits.items() if fit.effects}
+    if not shown:
+        return [told]
+    leading = next(iter(shown.values()))
+    order = sorted(range(len(names)), key=lambda j: -leading[j].total.value)
     file = f"sensitivity_{experiment.name}"
-    panels = {title: [fit.effects[j] for j in order] for title, fit in fits.items()}
     labels = [names[j].replace(", ", "\n", 1) for j in order]
-    save(effect_dots(panels, labels, UNIT), context.folder, file)
-    told = " ".join(_told(title, fit, names) for title, fit in fits.items())
-    rows = [[escape(names[j]), *(_effect(f.effects[j]) for f in fits.values())] for j in order]
-    rows.append(["R² (adjusted)", *map(_explained, fits.values())])
-    head = ["quantity, low to high", *(f"{escape(title)} [points]" for title in fits)]
+    panels = {title: [effects[j] for j in order] for title, effects in shown.items()}
+    save(index_dots(panels, labels), context.folder, file)
+    tables = (_table(title, effects, names, order) for title, effects in shown.items())
     return [
         told,
-        image("Effect of every quantity on the improvement and on both shares", f"{file}.png"),
-        table(head, rows, "l"),
-        METHOD,
+        image("First-order and total index of every quantity", f"{file}.png"),
+        details("Every index, and how they are found", *tables, METHOD),
     ]
 
 
-def _told(title: str, fit: LinearEffects, names: Sequence[str]) -> str:
-    """The quantities that a response hangs on, named only where chance is no explanation."""
-    found = [
-        f"{name.partition(',')[0]} ({100.0 * effect.change:+.0f} points)"
-        for name, effect in zip(names, fit.effects, strict=True)
-        if effect.p_value < LEVEL
-    ]
-    subject = (
-        "The improvement" if title == IMPROVEMENT else f"The stable share of *{escape(title)}*"
+def _fit(places: np.ndarray, by_seed: np.ndarray) -> Sensitivity:
+    """A model of a response. Shapes (n, k) and (n, seeds)."""
+    seeds = by_seed.shape[1]
+    chosen = np.random.default_rng(SEED).integers(0, seeds, (DRAWS, seeds))
+    return sensitivity_of(
+        places,
+        by_seed.mean(axis=1),
+        noise=by_seed.var(axis=1, ddof=1) / seeds if seeds > 1 else 0.0,
+        resampled=by_seed[:, chosen].mean(axis=2),
     )
-    if found:
-        return f"{subject} hangs on {', '.join(map(escape, found))}."
-    return f"{subject} hangs on none of them by more than chance would make it seem."
 
 
-def _explained(fit: LinearEffects) -> str:
-    return NOTHING if isnan(fit.r_squared) else f"{fit.r_squared:.2f} ({fit.adjusted:.2f})"
+def _told(title: str, fit: Sensitivity, names: Sequence[str]) -> str:
+    """The quantities that a response hangs on, or that no model tells of any."""
+    subject = (
+        "the improvement" if title == IMPROVEMENT else f"the stable share of *{escape(title)}*"
+    )
+    q_squared = f"Q² = {fit.quality.q_squared:.2f}"
+    if not fit.effects:
+        told = f"**No model predicts {subject} better than its mean**"
+        return f"{told} ({q_squared}); no index is given."
+    pairs = sorted(zip(names, fit.effects, strict=True), key=lambda pair: -pair[1].total.value)
+    found = [
+        f"{escape(name.partition(',')[0])} ({effect.total.value:.2f}, "
+        f"{100.0 * effect.change.value:+.0f} points from low to high)"
+        for name, effect in pairs
+        if effect.total.interval.low > NAMED
+    ]
+    what = f"{subject[0].upper()}{subject[1:]} ({q_squared})"
+    if not found:
+        return f"{what} hangs on no quantity whose total index is told from {NAMED}."
+    return f"{what} hangs on {', '.join(found)}: total index and mean change."
 
 
-def _effect(effect: LinearEffect) -> str:
-    chance = f"p = {effect.p_value:.2g}" if effect.p_value >= 1e-3 else "p < 0.001"
-    text = f"{100.0 * effect.change:+.0f} {_points(effect.interval)}, {chance}"
-    return f"**{text}**" if effect.p_value < LEVEL else text
+def _table(
+    title: str, effects: Sequence[QuantityEffect], names: Sequence[str], order: Sequence[int]
+) -> str:
+    rows = [
+        [
+            escape(names[j]),
+            _index(effects[j].first),
+            _index(effects[j].total),
+            f"{100.0 * effects[j].change.value:+.0f} {_points(effects[j].change.interval)}",
+        ]
+        for j in order
+    ]
+    head = [
+        f"{escape(title)}: quantity, low to high",
+        "first-order",
+        "total",
+        "low to high [points]",
+    ]
+    return table(head, rows, "l")
+
+
+def _index(found: Estimate) -> str:
+    return f"{found.value:.2f} [{found.interval.low:.2f}, {found.interval.high:.2f}]"
 
 
 def _quantity(item: SweptRange, experiment: Experiment, labels: Mapping[str, str]) -> str:
@@ -246,47 +283,42 @@ def _quantity(item: SweptRange, experiment: Experiment, labels: Mapping[str, str
     )
 
 
-def effect_dots(
-    panels: Mapping[str, Sequence[LinearEffect]], quantities: Sequence[str], unit: str
-) -> Figure:
-    """One line a quantity, in the order given; filled where chance is no explanation.
+def index_dots(panels: Mapping[str, Sequence[QuantityEffect]], quantities: Sequence[str]) -> Figure:
+    """One line a quantity, in the order given: total index filled, first-order index hollow.
 
     Args:
         panels: Effects of all quantities by title of the panel.
         quantities: Name and range of each.
-        unit: Label of the axes, along which the changes stand in hundredths.
     """
-    ends = [abs(end) for found in panels.values() for e in found for end in e.interval]
-    reach = 100.0 * MARGIN * (max(ends) or 1.0)
     with style():
         figure = new_figure(height=HEAD + LINE * len(quantities))
         axes = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
         for axis, (title, effects) in zip(axes, panels.items(), strict=True):
-            _draw(axis, effects, reach)
+            _draw(axis, effects)
             axis.set_title(wrapped(title, 24), fontsize=9.0)
         axes[0].set_yticks(range(len(quantities)), quantities, fontsize=8.0)
         axes[0].set_ylim(len(quantities) - 0.5, -0.5)
-        figure.supxlabel(unit, fontsize=9.0)
-        texts = ((True, "told from chance (p < 0.05, corrected)"), (False, "not told from chance"))
-        keys = [_dot(0.0, 0.0, told, text) for told, text in texts]
+        figure.supxlabel(UNIT, fontsize=9.0)
+        texts = ((True, "total index"), (False, "first-order index"))
+        keys = [_dot(0.0, 0.0, filled, text) for filled, text in texts]
         figure.legend(handles=keys, loc="outside upper right", ncols=2, fontsize=8.0)
     return figure
 
 
-def _draw(axis: Axes, effects: Sequence[LinearEffect], reach: float) -> None:
-    axis.axvline(0.0, color=INK, linewidth=0.8)
+def _draw(axis: Axes, effects: Sequence[QuantityEffect]) -> None:
     for place, effect in enumerate(effects):
         if place % 2:
             axis.axhspan(place - 0.5, place + 0.5, color=BAND, linewidth=0)
-        low, high = (100.0 * end for end in effect.interval)
-        axis.plot([low, high], [place, place], color=INK, linewidth=1.4, solid_capstyle="butt")
-        axis.add_line(_dot(100.0 * effect.change, place, effect.p_value < LEVEL))
-    axis.set_xlim(-reach, reach)
+        for found, down, filled in ((effect.total, -0.14, True), (effect.first, 0.14, False)):
+            y = place + down
+            axis.plot(found.interval, [y, y], color=INK, linewidth=1.2, solid_capstyle="butt")
+            axis.add_line(_dot(found.value, y, filled))
+    axis.set_xlim(-0.03, 1.03)
     axis.tick_params(axis="y", length=0)
 
 
-def _dot(across: float, down: float, told: bool, label: str = "") -> Line2D:
+def _dot(across: float, down: float, filled: bool, label: str = "") -> Line2D:
     return Line2D(
-        [across], [down], linestyle="none", label=label, zorder=3, marker="o", markersize=6.0,
-        color=INK, markerfacecolor=INK if told else PAPER,
+        [across], [down], linestyle="none", label=label, zorder=3, marker="o", markersize=4.5,
+        color=INK, markerfacecolor=INK if filled else PAPER,
     )  # fmt: skip
