@@ -85,6 +85,8 @@ def read_parts(sections: Sections, varied: Mapping[str, Node]) -> Parts:
         engine=sections.engine,
         horizon=sections.horizon,
         spread=sections.spread,
+        slope=sections.slope,
+        push=sections.push,
         metric_codes=metrics,
     )
     servos = checked(sections.servo or sections.robot, lambda: parts.servos({}))

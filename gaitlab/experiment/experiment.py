@@ -19,7 +19,7 @@ from gaitlab.experiment.design import Design
 from gaitlab.experiment.parts import Parts, Value
 from gaitlab.experiment.schema import ReportSettings
 from gaitlab.experiment.study import Study
-from gaitlab.model.settings import EngineName
+from gaitlab.model.settings import LATE, SETTINGS, EngineName
 from gaitlab.parameters import canonical_json, values
 from gaitlab.plugins import label
 
@@ -197,7 +197,7 @@ def digest(
     content = {
         **_walker_content(parts),
         "surfaces": [[name, s.type, values(s)] for name, s in parts.surfaces.items()],
-        "settings": [values(part) for part in (parts.engine, parts.horizon, parts.spread)],
+        "settings": _settings(parts),
         "axes": [[axis.paths, axis.rows] for axis in axes],
         "seeds": len(seeds) if isinstance(seeds, range) else seeds,
         "report": {key: value for key, value in layout.items() if key not in DRAWN},
@@ -205,6 +205,13 @@ def digest(
         **({} if study is None else {"study": _study_content(study)}),
     }
     return hashlib.sha256(canonical_json(content).encode()).hexdigest()
+
+
+def _settings(parts: Parts) -> list[object]:
+    given = {name: values(getattr(parts, name)) for name in SETTINGS}
+    return [found for name, found in given.items() if name not in LATE] + [
+        {name: given[name]} for name in LATE if given[name]
+    ]
 
 
 def _study_content(study: Study) -> dict[str, object]:

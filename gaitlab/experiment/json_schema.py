@@ -50,13 +50,12 @@ from gaitlab.metrics import lookup
 from gaitlab.metrics import names as metric_names
 from gaitlab.model.foreign.robot_file import ANGLE, FORWARD, KINDS, LUMP_MASS, MASS, PLACE, SOLE
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import EngineSettings, Horizon, Spread
+from gaitlab.model.settings import SETTINGS
 from gaitlab.parameters import Parameter, parameter_table
 from gaitlab.plugins import SUFFIXES, CodeKind, load_class, names
 from gaitlab.surfaces import SURFACE_TYPES
 
 CODED: tuple[CodeKind, ...] = ("gait", "robot", "balance")
-SETTINGS = {"engine": EngineSettings, "horizon": Horizon, "spread": Spread}
 TEXT: Schema = {"type": "string"}
 NOTHING: Schema = {"type": "null"}
 OWN_KEYS = r"^(gait|robot|balance)\."  # dotted paths that code of the user's own may have
@@ -356,7 +355,7 @@ def _servo_section() -> Schema:
 def _walker() -> Schema:
     sections = {
         **{key: {"$ref": f"#/definitions/{key}"} for key in (*CODED, "servo")},
-        "engine": object_schema(EngineSettings),
+        "engine": object_schema(SETTINGS["engine"]),
     }
     return mapping({key: sections.get(key, TEXT) for key in WALKER_KEYS})
 

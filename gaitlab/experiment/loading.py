@@ -213,6 +213,8 @@ def _walk(tree: Node) -> _Walk:
     said = tree.mapping["engine"].mapping if "engine" in tree.mapping else {}
     if not ENGINE_SAID & {*(f"engine.{key}" for key in said), *given}:
         parts = replace(parts, engine=replace(parts.engine, name=default_engine()))
+    if "push" in tree.mapping:
+        checked(tree.mapping["push"], lambda: parts.try_out("push", {}))
     study = read_study(sections.study, parts, _seeds(sections.seeds))
     axes, design = _varied(sections, parts, columns)
     parts = _with_all_files(sections, parts, axes, study)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 from warnings import catch_warnings, simplefilter
@@ -20,16 +20,16 @@ from gaitlab.model.commands import feet_of, joint_commands, require_playable
 from gaitlab.model.gait import Gait, require_walk
 from gaitlab.model.imu import Attitude
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import EngineSettings, Horizon, Spread
+from gaitlab.model.settings import SETTINGS, EngineSettings, Horizon, Push, Slope, Spread
 from gaitlab.parameters import Parameter, get_path, parameter_table
 from gaitlab.plugins import is_file_name, label, locate, names, nearest, suggestion
 from gaitlab.servos.files import load_servo
-from gaitlab.simulation.trial import Plugin
+from gaitlab.simulation.trial import Plugin, require_in_time
 from gaitlab.surfaces import Surface
 
 T = TypeVar("T")
 Value = bool | int | float | str
-GROUPS = ("gait", "balance", "surface", "servo", "robot", "engine", "horizon", "spread")
+GROUPS = ("gait", "balance", "surface", "servo", "robot", *SETTINGS)
 ELSEWHERE = {  # what is varied in another way
     "surface": "list the grounds under `surfaces:`",
     "surfaces": "list the grounds under `surfaces:`",
@@ -69,6 +69,8 @@ class Parts:
         engine: How the engine integrates.
         horizon: When a trial ends.
         spread: How much replicates differ.
+        slope: How the ground is tilted.
+        push: What pushes the robot.
         balance: The balance controller; None without one.
         balance_code: Its code.
         metric_codes: Code of the user's own metrics.
@@ -83,6 +85,8 @@ class Parts:
     engine: EngineSettings
     horizon: Horizon
     spread: Spread
+    slope: Slope = field(default_factory=Slope)
+    push: Push = field(default_factory=Push)
     balance: Balance | None = None
     balance_code: Plugin | None = None
     metric_codes: tuple[Plugin, ...] = ()
@@ -190,6 +194,8 @@ class Parts:
             try_out(group, made)
             if group == "gait":
                 require_playable(made, self.robot, self.servos({}))
+            elif group == "push":
+                require_in_time(made, self.gait, self.horizon)
 
     def rehearse(self, changes: Mapping[str, Value]) -> None:
         """Let code of the user's own make a few targets of a walk, so that what it reads is seen.

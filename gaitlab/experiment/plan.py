@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import hypot, inf, prod
+from math import prod
 from typing import Any, Protocol, runtime_checkable
 
 from gaitlab.errors import FileError, WrongValue
@@ -24,9 +24,9 @@ from gaitlab.model.balance import Balance
 from gaitlab.model.commands import require_playable, servos_for
 from gaitlab.model.gait import Gait
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import Horizon
+from gaitlab.model.settings import SETTINGS
 from gaitlab.plugins import label, load_class
-from gaitlab.simulation.trial import Names, Plugin, Trial, plugin
+from gaitlab.simulation.trial import Names, Plugin, Trial, duration, plugin
 
 SAMPLED_CELLS = 32  # cells whose duration stands for all
 TRAJECTORY = "trajectory"  # the gait that walks what a program wrote
@@ -195,15 +195,6 @@ def plan(experiment: Experiment, *, programs: bool = True) -> Plan:
     return Plan(experiment=experiment, programs=programs)
 
 
-def duration(gait: Gait, horizon: Horizon) -> float:
-    """Simulated time of a trial in which the robot stays up and walks as commanded, in [s]."""
-    step = hypot(gait.step_length, getattr(gait, "side_step", 0.0))
-    speed = 2.0 * step / gait.gait_period
-    distance_time = horizon.distance / speed if speed else inf
-    walking = min(horizon.cycles * gait.gait_period, horizon.time, distance_time)
-    return gait.startup_time + walking
-
-
 @dataclass
 class _Maker:
     """Makes what the trials of a cell share, each part once however many cells want it."""
@@ -226,9 +217,7 @@ class _Maker:
             "gait": gait,
             "surface": self._part("surface", parts.surfaces[name], values, name),
             "servos": servos,
-            "engine": self._part("engine", parts.engine, values),
-            "horizon": self._part("horizon", parts.horizon, values),
-            "spread": self._part("spread", parts.spread, values),
+            **{name: self._part(name, getattr(parts, name), values) for name in SETTINGS},
             "names": Names(
                 robot=str(values.get("robot", label(parts.robot_code.name))),
                 gait=label(parts.gait_code.name),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from gaitlab.documents import Node
-from gaitlab.model.settings import EngineSettings, Horizon, Spread
+from gaitlab.model.settings import EngineSettings, Horizon, Push, Slope, Spread
 from gaitlab.parameters import parameter
 
 
@@ -83,5 +83,7 @@ class Sections:
     horizon: Horizon = field(default_factory=Horizon)
     engine: EngineSettings = field(default_factory=EngineSettings)
     spread: Spread = field(default_factory=Spread)
+    slope: Slope = field(default_factory=Slope)
+    push: Push = field(default_factory=Push)
     log: LogSettings = field(default_factory=LogSettings)
     report: ReportSettings = field(default_factory=ReportSettings)

@@ -117,19 +117,23 @@ class Imu:
 class Readings:
     """An IMU at work on one trunk."""
 
-    def __init__(self, imu: Imu, dt: float, rng: np.random.Generator) -> None:
+    def __init__(
+        self, imu: Imu, dt: float, rng: np.random.Generator, level: Quaternion | None = None
+    ) -> None:
         """An IMU that has seen nothing yet.
 
         Args:
             imu: How good it is.
             dt: Time between two states that it sees, in [s].
             rng: The replicate's stream for bias and noise.
+            level: From the world to a frame whose z is against gravity, xyzw; None where they are
+                the same.
         """
         self._rng = rng
         self._seen: deque[tuple[Quaternion, Vector]] = deque(maxlen=round(imu.delay / dt) + 1)
         self._noise = np.array([imu.attitude_noise] * 2 + [imu.rate_noise] * 2)
         self._bias = rng.standard_normal(4) * ([imu.attitude_bias] * 2 + [imu.rate_bias] * 2)
-        self._imu = imu
+        self._imu, self._level = imu, level
         self._yaw_bias: float | None = None
 
     def see(self, quaternion: Quaternion, spin: Vector) -> None:
@@ -142,6 +146,8 @@ class Readings:
 
     def told(self, quaternion: Quaternion, spin: Vector) -> Attitude:
         """What it says of a state; arguments as of `see`."""
+        if self._level is not None:
+            quaternion, spin = _product(self._level, quaternion), _turned(self._level, spin)
         error = (self._bias + self._noise * self._rng.standard_normal(4)).tolist()
         return Attitude(*map(float.__add__, attitude(quaternion, spin), error))
 
@@ -157,6 +163,23 @@ class Readings:
         rate = up[0] * spin[0] + up[1] * spin[1] + up[2] * spin[2]
         noise = self._imu.rate_noise * float(self._rng.standard_normal())
         return rate + self._yaw_bias + noise
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The turn b, then a; xyzw."""
+    (ax, ay, az, aw), (bx, by, bz, bw) = a, b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def _turned(turn: Quaternion, vector: Vector) -> Vector:
+    x, y, z, w = turn
+    found = _product(_product(turn, (*vector, 0.0)), (-x, -y, -z, w))
+    return found[:3]
 
 
 def attitude(quaternion: Quaternion, spin: Vector) -> Attitude:

@@ -15,6 +15,7 @@ from gaitlab.experiment.experiment import ENGINE
 from gaitlab.experiment.plan import plan
 from gaitlab.experiment.reference import ReferenceTable, load_reference
 from gaitlab.experiment.shell import command
+from gaitlab.model.settings import SETTINGS
 from gaitlab.parameters import values
 from gaitlab.report.results import ONE_ROW, Results
 from gaitlab.report.variants import Value, Variant, find_variants, free_paths
@@ -227,7 +228,7 @@ def _base(experiment: Experiment) -> dict[str, Value]:
         "gait": trial.gait,
         "surface": trial.surface,
     }
-    settings = {"engine": trial.engine, "horizon": trial.horizon, "spread": trial.spread}
+    settings = {name: getattr(trial, name) for name in SETTINGS}
     names = {"robot": trial.names.robot, "gait": trial.names.gait}
     known: dict[str, Value] = {**names, "balance": trial.names.balance or NO_BALANCE}
     if trial.balance is not None:

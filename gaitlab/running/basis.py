@@ -7,12 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import gaitlab.simulation.trial
 from gaitlab.experiment import Experiment, Parts
+from gaitlab.model.settings import LATE, SETTINGS
 from gaitlab.parameters import canonical_json, values
 from gaitlab.store import Listed, TrialList
 
 DIGEST_LENGTH = 16  # hex digits; only ever compared with the digest of the same part
 _SURFACE = "surface "  # start of a ground's name among the parts
 _BALANCE = "balance"  # a part only where there is a controller
+_OPTIONAL = (_BALANCE, *LATE)
 
 
 def basis(experiment: Experiment) -> dict[str, str]:
@@ -22,8 +24,9 @@ def basis(experiment: Experiment) -> dict[str, str]:
     owners = {
         **_shared(walkers),
         **{
-            name: _fixed(name, getattr(parts, name), varied)
-            for name in ("engine", "horizon", "spread")
+            name: fixed
+            for name in SETTINGS
+            if (fixed := _fixed(name, getattr(parts, name), varied)) or name not in LATE
         },
         **{
             f"{_SURFACE}{name}": [ground.type, _fixed("surface", ground, varied)]
@@ -76,7 +79,7 @@ class Past:
         for before, ids in self._known:
             if ids.get(place, wanted.trial_id) != wanted.trial_id:
                 surface = f"{_SURFACE}{wanted.values['surface']}"
-                known = {**self._now, _BALANCE: self._now.get(_BALANCE, "")}
+                known = {**self._now, **{n: self._now.get(n, "") for n in _OPTIONAL}}
                 names = [name for name in known if not name.startswith(_SURFACE) or name == surface]
                 different = [name for name in names if _before(before, name, known) != known[name]]
                 shown = [name.partition(" ")[0] if name == surface else name for name in different]
@@ -86,7 +89,7 @@ class Past:
 
 def _before(before: Mapping[str, str], name: str, now: Mapping[str, str]) -> str:
     """A part's digest then; what an older list does not name has not changed."""
-    return before.get(name, "" if name == _BALANCE else now[name])
+    return before.get(name, "" if name in _OPTIONAL else now[name])
 
 
 def _place(listed: Listed) -> str:

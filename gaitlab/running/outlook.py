@@ -9,10 +9,11 @@ from typing import TypeAlias
 
 from gaitlab.errors import StoreError
 from gaitlab.experiment import Experiment
-from gaitlab.experiment.plan import Plan, duration, plan
+from gaitlab.experiment.plan import Plan, plan
 from gaitlab.running.basis import Past, basis
 from gaitlab.running.executor import TIMED_OUT
 from gaitlab.running.pace import Pace
+from gaitlab.simulation.trial import duration
 from gaitlab.store import Index, Listed, Shard, Store, listed, shares
 
 BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks

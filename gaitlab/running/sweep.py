@@ -13,7 +13,7 @@ from functools import partial
 from typing import TypeVar
 
 from gaitlab.experiment import Experiment
-from gaitlab.experiment.plan import Plan, PlannedTrial, duration, plan
+from gaitlab.experiment.plan import Plan, PlannedTrial, plan
 from gaitlab.running.basis import Past, basis
 from gaitlab.running.executor import Cluster, Considerate, Executor, Job, Outcome, job_of
 from gaitlab.running.forecast import Forecast, Kind
@@ -24,7 +24,7 @@ from gaitlab.running.provenance import provenance
 from gaitlab.running.signals import stoppable
 from gaitlab.running.summary import Ended, Progress, Started, Summary
 from gaitlab.simulation.engines import engine_of, require_engine
-from gaitlab.simulation.trial import Trial
+from gaitlab.simulation.trial import Trial, duration
 from gaitlab.store import (
     Held,
     Scalar,

@@ -15,7 +15,7 @@ from math import fsum
 
 from gaitlab.errors import WrongValue
 from gaitlab.experiment import Experiment, Value, candidate, study_of
-from gaitlab.experiment.plan import PlannedTrial, duration, plan
+from gaitlab.experiment.plan import PlannedTrial, plan
 from gaitlab.experiment.study import Study
 from gaitlab.running.executor import Executor, Job, job_of
 from gaitlab.running.executor import Outcome as Ended
@@ -31,6 +31,7 @@ from gaitlab.search.objectives import (
     stored_outcome,
 )
 from gaitlab.search.racing import Rival, best_of, hopeless
+from gaitlab.simulation.trial import duration
 from gaitlab.store import Held, Index, Store
 
 

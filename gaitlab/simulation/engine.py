@@ -12,16 +12,16 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from gaitlab.model import Robot, Start
+from gaitlab.model import Robot, Start, Vector
 from gaitlab.model.randomness import randomness
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import EngineSettings, Spread
+from gaitlab.model.settings import EngineSettings, Slope, Spread
 from gaitlab.servos.latency import unequally_late
 from gaitlab.simulation.ending import Ending
 from gaitlab.simulation.tape import Tape
 from gaitlab.surfaces.surface import Surface
 
-Vector = tuple[float, float, float]
+DOWN: Vector = Slope().gravity  # on the level
 
 
 class Engine(Protocol):
@@ -37,6 +37,7 @@ class Engine(Protocol):
         settings: EngineSettings,
         spread: Spread,
         seed: int,
+        gravity: Vector = DOWN,
     ) -> None:
         """Build the world.
 
@@ -48,6 +49,7 @@ class Engine(Protocol):
             settings: Time step and solver.
             spread: How far this replicate may differ from the nominal robot.
             seed: Seed of the replicate.
+            gravity: In [m/s^2]; the ground is the plane z = 0, however gravity leans.
 
         Raises:
             WrongValue: If this engine cannot carry a part of the robot; says which.

@@ -85,7 +85,7 @@ class Closed:
         self.feet, self.sent = feet, targets.copy()
         self._imu, self._dt = balance.imu, dt
         self._controller = balance.controller(feet, dt)
-        self._readings = Readings(balance.imu, dt, randomness(trial.seed).imu)
+        self._readings = Readings(balance.imu, dt, randomness(trial.seed).imu, trial.slope.level)
         self._columns = _columns(trial.robot, balance.joints)
         self._low, self._high = _ranges(trial.robot, targets)
         self._correction = np.full(targets.shape[1], -0.0)  # adding it keeps even a sign of zero
@@ -127,7 +127,8 @@ class Piloted:
         self.sent, self._trial, self._gait = targets.copy(), trial, gait
         self._pilot, self._dt = gait.pilot(trial.robot), trial.engine.dt
         self._taken = round(gait.stand_time / self._dt)  # tick in which it takes over
-        self._readings = Readings(gait.imu, self._dt, randomness(trial.seed).imu)
+        rng, level = randomness(trial.seed).imu, trial.slope.level
+        self._readings = Readings(gait.imu, self._dt, rng, level)
         self._late, self._old = (
             round(seconds / self._dt) for seconds in (self._pilot.delay, gait.imu.delay)
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitlab.errors import GaitlabError, Infeasible
 from gaitlab.kinematics.transforms import axis_rotation
-from gaitlab.log import GRAVITY, LogHeader, TrialLog
+from gaitlab.log import LogHeader, TrialLog
 from gaitlab.model import (
     GANTRY_PITCH,
     Robot,
@@ -27,6 +27,7 @@ from gaitlab.simulation.ending import ARRIVED, GOES_ON, LOST, Ending
 from gaitlab.simulation.engine import Engine
 from gaitlab.simulation.engines import engine_named
 from gaitlab.simulation.loop import Loop, loop_of
+from gaitlab.simulation.pushes import Pushes
 from gaitlab.simulation.tape import Tape
 from gaitlab.simulation.trial import Trial
 from gaitlab.surfaces.tipping import settled
@@ -86,6 +87,7 @@ def engine_for(trial: Trial, feet: FeetPoses) -> Engine:
         settings=trial.engine,
         spread=trial.spread,
         seed=trial.seed,
+        gravity=trial.slope.gravity,
     )
 
 
@@ -120,20 +122,22 @@ def _sink(trial: Trial, feet: FeetPoses) -> np.ndarray:
     """By how much the servos let the soles come nearer to the hips of a standing robot, in [m].
 
     Each servo is a spring. Soles that move by s, forward and upward, bend the joints by J s, and
-    sum stiffness (J s)^2 / 2 - weight s_z is least where (J' K J) s = (0, weight). Shape (3,).
+    sum stiffness (J s)^2 / 2 - weight s is least where (J' K J) s = weight, the force of the
+    ground. Sideways they move where a slope pulls the robot to a side. Shape (3,).
     """
     robot = trial.robot
     if gantry_of(robot) != "none":
         return np.zeros(3)  # hung up
     level = robot.joint_targets(feet)[0]
-    along, up = SMALL * np.eye(3)[[0, 2]]
-    bends = np.stack([(robot.joint_targets(feet.moved(by))[0] - level) for by in (along, up)])
+    axes = np.eye(3) if trial.slope.roll else np.eye(3)[[0, 2]]
+    moved = (feet.moved(SMALL * axis) for axis in axes)
+    bends = np.stack([robot.joint_targets(each)[0] - level for each in moved])
     bends /= SMALL
     springs = np.zeros(len(level))
     springs[np.array(robot.tree.driven)] = [stiffness(servo) for servo in trial.servos]
-    weight = np.array([0.0, robot.tree.mass * GRAVITY])
-    x, z = np.linalg.solve(bends * springs @ bends.T, weight)
-    return np.array([x, 0.0, z])
+    weight = axes @ (robot.tree.mass * -np.array(trial.slope.gravity))
+    sink: np.ndarray = np.linalg.solve(bends * springs @ bends.T, weight) @ axes
+    return sink
 
 
 def _walk(engine: Engine, loop: Loop, header: LogHeader, trial: Trial) -> Tape:
@@ -150,11 +154,17 @@ def _walk(engine: Engine, loop: Loop, header: LogHeader, trial: Trial) -> Tape:
         distance=trial.horizon.distance,
         course=header.course,
     )
+    pushes = Pushes(trial, header.course)
     loop.begin(engine.trunk)
     code = GOES_ON
     while code == GOES_ON and tape.length < len(loop.sent):
         before = tape.length
-        code = engine.advance(loop.targets(before), tape, ending)
+        targets = loop.targets(before)
+        for start, stop, force in pushes.pieces(before, before + len(targets)):
+            engine.pull(force)
+            code = engine.advance(targets[start - before : stop - before], tape, ending)
+            if code != GOES_ON:
+                break
         loop.feel(tape, before)
     if code == LOST:
         raise GaitlabError(f"the simulation blew up at tick {tape.length}")
@@ -200,5 +210,5 @@ def _fsr_positions(robot: Robot) -> tuple[float, ...]:
 def _settled_gap(trial: Trial) -> float:
     """Height of the soles over the base when the robot stands on both feet, in [m]."""
     surface, robot = trial.surface, trial.robot
-    sink = settled(surface, robot.sole, 0.5 * robot.tree.mass * GRAVITY).sink
+    sink = settled(surface, robot.sole, 0.5 * robot.tree.mass * -trial.slope.gravity[2]).sink
     return float(surface.height - sink)

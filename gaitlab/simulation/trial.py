@@ -13,6 +13,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from math import hypot, inf
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from gaitlab.model import Robot
 from gaitlab.model.balance import Balance
 from gaitlab.model.gait import Gait
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import EngineSettings, Horizon, Spread
+from gaitlab.model.settings import LATE, SETTINGS, EngineSettings, Horizon, Push, Slope, Spread
 from gaitlab.parameters import Value, canonical_json, fragment, instance, values
 from gaitlab.plugins import (
     CodeKind,
@@ -198,7 +199,7 @@ class _Same(tuple[Any, ...]):
 @lru_cache(maxsize=64)
 def _around_seed(parts: _Same, physics_version: int) -> tuple[bytes, bytes]:
     """What an identity hashes before and after the seed; its names stand in alphabetic order."""
-    codes, (metrics, engine, horizon), walker = parts[:3], parts[3:6], parts[6:]
+    codes, (metrics, engine, horizon, *late), walker = parts[:3], parts[3:8], parts[8:]
     gait, robot, balance, servos, spread, surface = walker
     pairs = zip(CODED, codes, strict=True)
     code: dict[str, object] = {kind: each.identity for kind, each in pairs if each}
@@ -211,9 +212,11 @@ def _around_seed(parts: _Same, physics_version: int) -> tuple[bytes, bytes]:
         "gait": fragment(gait),
         "horizon": fragment(horizon),
         "physics_version": str(physics_version),
+        **({"push": fragment(late[1])} if values(late[1]) else {}),
         "robot": fragment(robot),
     }
     after = {
+        **({"slope": fragment(late[0])} if values(late[0]) else {}),
         "servos": f"[{','.join(fragment(servo) for servo in servos)}]",
         "spread": fragment(spread),
         "surface": fragment(surface),
@@ -224,6 +227,32 @@ def _around_seed(parts: _Same, physics_version: int) -> tuple[bytes, bytes]:
 
 def _members(parts: Mapping[str, str]) -> str:
     return ",".join(f'"{name}":{part}' for name, part in parts.items())
+
+
+def duration(gait: Gait, horizon: Horizon) -> float:
+    """Simulated time of a trial in which the robot stays up and walks as commanded, in [s]."""
+    step = hypot(gait.step_length, getattr(gait, "side_step", 0.0))
+    speed = 2.0 * step / gait.gait_period
+    distance_time = horizon.distance / speed if speed else inf
+    walking = min(horizon.cycles * gait.gait_period, horizon.time, distance_time)
+    return gait.startup_time + walking
+
+
+def require_in_time(push: Push, gait: Gait, horizon: Horizon) -> None:
+    """Refuse a push that has not ended when the trial does.
+
+    Raises:
+        WrongValue: Says when both end, and what to change.
+    """
+    if not push.impulse:
+        return
+    begin, last = push.begin(gait.startup_time, gait.gait_period), duration(gait, horizon)
+    if begin + push.duration > last + 1e-9:
+        raise WrongValue(
+            f"the push of cycle {push.cycle}, instant {push.instant:g}, takes from {begin:.3f} to "
+            f"{begin + push.duration:.3f} s, but the trial is over after {last:.3f} s; lower "
+            "push.cycle, or raise horizon.cycles, horizon.time and horizon.distance"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,6 +267,8 @@ class Trial:
         engine: How the engine integrates.
         horizon: When the trial ends.
         spread: How much replicates differ.
+        slope: How the ground is tilted.
+        push: What pushes the robot.
         seed: Replicate number; all random streams start from it.
         names: What robot, gait and surface are called; outside the identity.
         robot_code: Code of the robot.
@@ -254,6 +285,8 @@ class Trial:
     engine: EngineSettings = field(default_factory=EngineSettings)
     horizon: Horizon = field(default_factory=Horizon)
     spread: Spread = field(default_factory=Spread)
+    slope: Slope = field(default_factory=Slope)
+    push: Push = field(default_factory=Push)
     seed: int
     names: Names
     robot_code: Plugin
@@ -265,13 +298,15 @@ class Trial:
     def __post_init__(self) -> None:
         if (self.balance is None) != (self.balance_code is None):
             raise ValueError("a balance controller and its code come together")
+        require_in_time(self.push, self.gait, self.horizon)
 
     @cached_property
     def id(self) -> str:
         """Identity: hash of every value the simulation depends on, of no name. 32 hex digits."""
         codes = (getattr(self, f"{kind}_code") for kind in CODED)
         walker = (self.gait, self.robot, self.balance, self.servos, self.spread, self.surface)
-        parts = _Same((*codes, self.metric_codes, self.engine, self.horizon, *walker))
+        settings = (self.engine, self.horizon, self.slope, self.push)
+        parts = _Same((*codes, self.metric_codes, *settings, *walker))
         before, after = _around_seed(parts, PHYSICS_VERSION)
         text = before + str(int(self.seed)).encode() + after
         return hashlib.sha256(text).hexdigest()[:ID_LENGTH]
@@ -293,6 +328,7 @@ class Trial:
             "engine": values(self.engine),
             "horizon": values(self.horizon),
             "spread": values(self.spread),
+            **{name: found for name in LATE if (found := values(getattr(self, name)))},
             "seed": self.seed,
         }
 
@@ -338,9 +374,11 @@ class Trial:
             balance=made.get("balance"),
             surface=instance(SURFACE_TYPES[data["surface"]["type"]], data["surface"]["values"]),
             servos=tuple(instance(Servo, servo) for servo in data["servos"]),
-            engine=instance(EngineSettings, data["engine"]),
-            horizon=instance(Horizon, data["horizon"]),
-            spread=instance(Spread, data["spread"]),
+            **{
+                n: instance(cls, data[n])
+                for n, cls in SETTINGS.items()
+                if n in data or n not in LATE
+            },
             seed=operator.index(data["seed"]),
             names=Names(**data["names"]),
             robot_code=codes["robot"],

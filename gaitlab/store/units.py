@@ -10,7 +10,7 @@ from gaitlab.errors import GaitlabError
 from gaitlab.metrics import lookup
 from gaitlab.metrics import names as metric_names
 from gaitlab.model.servo import Servo
-from gaitlab.model.settings import EngineSettings, Horizon, Spread
+from gaitlab.model.settings import SETTINGS
 from gaitlab.parameters import Parameter, parameter_table
 from gaitlab.plugins import CodeKind, load_class
 from gaitlab.plugins import names as plugin_names
@@ -19,7 +19,7 @@ from gaitlab.surfaces import SURFACE_TYPES
 if TYPE_CHECKING:
     import pandas as pd
 
-SECTIONS = {"servo": Servo, "engine": EngineSettings, "horizon": Horizon, "spread": Spread}
+SECTIONS = {"servo": Servo, **SETTINGS}
 PLUGGED: tuple[CodeKind, ...] = ("gait", "robot", "balance")
 NO_UNIT = "-"
 

@@ -34,13 +34,14 @@ class UnderFeet:
         dt: float,
         irregularity: float,
         rng: np.random.Generator,
+        down: float = GRAVITY,
     ) -> None:
-        """Arguments as of `pile_for`."""
-        self._weight = robot.tree.mass * GRAVITY
+        """Arguments as of `pile_for`, and how strongly gravity presses on it, in [m/s^2]."""
+        self._load = robot.tree.mass * down
         pile = pile_for(
             surface,
             robot.sole,
-            weight=self._weight,
+            weight=robot.tree.mass * GRAVITY,
             foot_mass=robot.tree.links[robot.tree.index(robot.feet[0])].mass,
             dt=dt,
             rng=rng,
@@ -62,5 +63,5 @@ class UnderFeet:
             carried = 0.0
             for pile, footprint, (at, turn) in zip(self.piles, self.footprints, feet, strict=True):
                 carried += stand(pile, footprint, (at[0], at[1], at[2] + lift), turn)
-            low, high = (lift, high) if carried > self._weight else (low, lift)
+            low, high = (lift, high) if carried > self._load else (low, lift)
         return lift

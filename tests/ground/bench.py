@@ -79,12 +79,14 @@ class Bench:
     def __init__(
         self, surface: Surface, sled: Sled, *, gap: float, dt: float = 0.002,
         spread: Spread = STILL, seed: int = 0, engine: EngineName | None = None,
+        gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY),
     ) -> None:  # fmt: skip
         self.dt, self.sled, engine = dt, sled, engine or ENGINE
         self.pose = np.full(2, sled.pitch)
         self.engine = engine_named(engine)(
             sled, surface, (LOCK, LOCK), start=standing(sled, self.pose, gap=gap),
             settings=EngineSettings(name=engine, dt=dt), spread=spread, seed=seed,
+            gravity=gravity,
         )  # fmt: skip
         self._ending, self._joints = endless(), 2 + (sled.gantry != "none")
         self.last = Tape(0, self._joints)

@@ -50,9 +50,10 @@ def test_exactly_the_trials_that_kill_their_worker_fail(
 
 
 def test_the_time_out_of_a_trial_goes_by_its_own_horizon(tmp_path: Path) -> None:
-    from gaitlab.experiment.plan import duration, plan
+    from gaitlab.experiment.plan import plan
     from gaitlab.running.executor import TIMEOUT, TIMEOUT_RATIO
     from gaitlab.running.sweep import _jobs
+    from gaitlab.simulation.trial import duration
 
     planned = plan(sweeps.experiment("grid.horizon.time=[1.0, 30.0]", "horizon.cycles=1000"))
     trials = [item.trial for item in planned.trials()]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gaitlab.kinematics.transforms import rotation_of
-from gaitlab.model import Robot, Start, couplings_of, gantry_of
+from gaitlab.model import Robot, Start, Vector, couplings_of, gantry_of
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import EngineSettings, Spread
 from gaitlab.servos.latency import Latency
@@ -31,7 +31,7 @@ from gaitlab.simulation.bullet.world import (
     turn_of_principal_axes,
 )
 from gaitlab.simulation.ending import GOES_ON, Ending
-from gaitlab.simulation.engine import Vector, replicate
+from gaitlab.simulation.engine import DOWN, replicate
 from gaitlab.simulation.tape import Tape
 from gaitlab.surfaces.surface import FibreMat, SoftLayer, Surface, TuftedPile
 from gaitlab.surfaces.under_feet import UnderFeet
@@ -54,10 +54,11 @@ class BulletEngine:
         settings: EngineSettings,
         spread: Spread,
         seed: int,
+        gravity: Vector = DOWN,
     ) -> None:
         """Build the world."""
         drawn = replicate(surface, servos, spread, seed)
-        self._client = client = new_world(settings.solver_iterations)
+        self._client = client = new_world(settings.solver_iterations, gravity)
         add_plane(client, 0.0)
         self._body = add_robot(client, robot, drawn.friction)
         found = indices(client, self._body)
@@ -90,7 +91,14 @@ class BulletEngine:
         if isinstance(surface, SoftLayer):
             add_layer(client, surface, len(robot.sole.supports()))
         elif isinstance(surface, TuftedPile | FibreMat):
-            lawn = UnderFeet(robot, surface, dt=dt, irregularity=spread.terrain, rng=drawn.terrain)
+            lawn = UnderFeet(
+                robot,
+                surface,
+                dt=dt,
+                irregularity=spread.terrain,
+                rng=drawn.terrain,
+                down=-gravity[2],
+            )
             self._pile = PileUnderFeet(client, self._body, (left, right), lawn, dt=dt)
             self._place(start, lift=self._pile.settle() - SLOP)
         self._now: np.ndarray | None = None

@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitlab.errors import GaitlabError
 from gaitlab.log import GRAVITY
-from gaitlab.model import Robot, gantry_of, self_collision_of
+from gaitlab.model import Robot, Vector, gantry_of, self_collision_of
 from gaitlab.model.clearance import links_apart, lower_legs, shape_of
 from gaitlab.model.urdf import SHELL, urdf
 
@@ -55,11 +55,11 @@ VELOCITY_CONTROL, WORLD_FRAME = pybullet.VELOCITY_CONTROL, pybullet.WORLD_FRAME
 POSITION_CONTROL, JOINT_GEAR = pybullet.POSITION_CONTROL, pybullet.JOINT_GEAR
 
 
-def new_world(solver_iterations: int) -> BulletClient:
-    """A world of its own with gravity and nothing in it."""
+def new_world(solver_iterations: int, gravity: Vector = (0.0, 0.0, -GRAVITY)) -> BulletClient:
+    """A world of its own with gravity, in [m/s^2], and nothing in it."""
     with _quiet(STDOUT):
         client = BulletClient(pybullet.DIRECT)
-    client.setGravity(0.0, 0.0, -GRAVITY)
+    client.setGravity(*gravity)
     client.setPhysicsEngineParameter(
         numSolverIterations=solver_iterations,
         deterministicOverlappingPairs=1,

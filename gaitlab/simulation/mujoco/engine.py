@@ -12,13 +12,13 @@ import mujoco
 import numpy as np
 
 from gaitlab.log import GRAVITY
-from gaitlab.model import Robot, Start
+from gaitlab.model import Robot, Start, Vector
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import EngineSettings, Spread
 from gaitlab.servos.latency import ROUNDING, Latency
 from gaitlab.servos.law import servo_row
 from gaitlab.simulation.ending import Ending
-from gaitlab.simulation.engine import Replicate, Vector, replicate
+from gaitlab.simulation.engine import DOWN, Replicate, replicate
 from gaitlab.simulation.mujoco.loop import advance
 from gaitlab.simulation.mujoco.model import SPHERES, Built, built
 from gaitlab.simulation.mujoco.rows import CREEP, HARDNESS
@@ -58,12 +58,13 @@ class MujocoEngine:
         settings: EngineSettings,
         spread: Spread,
         seed: int,
+        gravity: Vector = DOWN,
     ) -> None:
         """Build the world."""
         drawn = replicate(surface, servos, spread, seed)
         steps = max(1, ceil(settings.dt / LONGEST - ROUNDING))
         dt = settings.dt / steps
-        self._built = built(robot, start.joints, dt)
+        self._built = built(robot, start.joints, dt, gravity)
         self._data = mujoco.MjData(self._built.model)
         self._places = _places(self._built.model, self._data)
         self._robot = _carried(self._built, robot, surface, drawn, dt, steps)
@@ -74,7 +75,14 @@ class MujocoEngine:
         self._piles, self._footprints = (NO_PILE, NO_PILE), (new_footprint(0), new_footprint(0))
         self._put(start, 0.0)
         if isinstance(surface, TuftedPile | FibreMat):
-            lawn = UnderFeet(robot, surface, dt=dt, irregularity=spread.terrain, rng=drawn.terrain)
+            lawn = UnderFeet(
+                robot,
+                surface,
+                dt=dt,
+                irregularity=spread.terrain,
+                rng=drawn.terrain,
+                down=-gravity[2],
+            )
             self._piles, self._footprints = lawn.piles, lawn.footprints
             self._put(start, lawn.settle([self._pose(foot) for foot in self._built.feet]))
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from gaitlab.errors import WrongValue
 from gaitlab.log import GRAVITY
-from gaitlab.model import GANTRY_PITCH, Gantry, Robot, gantry_of, self_collision_of
+from gaitlab.model import GANTRY_PITCH, Gantry, Robot, Vector, gantry_of, self_collision_of
 from gaitlab.model.clearance import links_apart, lower_legs, shape_of
 from gaitlab.model.mjcf import add_bodies, add_couplings, number, numbers
 from gaitlab.model.soles import SUPPORT_RADIUS
@@ -65,20 +65,23 @@ class Built(NamedTuple):
     spheres: np.ndarray
 
 
-def built(robot: Robot, joints: np.ndarray, dt: float) -> Built:
+def built(
+    robot: Robot, joints: np.ndarray, dt: float, gravity: Vector = (0.0, 0.0, -GRAVITY)
+) -> Built:
     """The model of a robot; asked for again it is the same, and nobody changes it.
 
     Args:
         robot: The robot.
         joints: Where its joints start, in [rad]. Shape (joints,).
         dt: Duration of a step, in [s].
+        gravity: In [m/s^2].
 
     Raises:
         WrongValue: If MuJoCo cannot carry a part of it; says which.
     """
     rig = () if gantry_of(robot) == "none" else (GANTRY_PITCH,)
     return _compiled(
-        _mjcf(robot, joints, dt),
+        _mjcf(robot, joints, dt, gravity),
         robot.name,
         robot.tree.mass,
         robot.tree.links[0].name,
@@ -140,11 +143,11 @@ def _sphere(side: int, ground: int, k: int) -> str:
     return f"{_SIDES[side]} {_GROUNDS[ground]} {k}"
 
 
-def _mjcf(robot: Robot, joints: np.ndarray, dt: float) -> str:
+def _mjcf(robot: Robot, joints: np.ndarray, dt: float, gravity: Vector) -> str:
     """The robot over a hard base and three planes that are put in place step by step, [MJCF]."""
     model = Element("mujoco")
     SubElement(model, "compiler", angle="radian", autolimits="true")
-    option = SubElement(model, "option", timestep=number(dt), gravity=numbers((0, 0, -GRAVITY)))
+    option = SubElement(model, "option", timestep=number(dt), gravity=numbers(gravity))
     option.attrib |= {"cone": "elliptic", "solver": "Newton", "jacobian": "sparse"}
     option.set("tolerance", number(TOLERANCE))
     # Islands keep copies of the rows, which would not be changed with them.
