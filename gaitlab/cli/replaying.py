@@ -16,6 +16,7 @@ from gaitlab.cli.options import (
     DEFAULT_STORE,
     AllowCode,
     Force,
+    Quick,
     Seeds,
     Settings,
     StoreFolder,
@@ -194,38 +195,57 @@ def view(
     opened: Annotated[
         bool, typer.Option("--open/--no-open", help="Open the page in the browser.")
     ] = True,
+    storage: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="Database of a study, if several machines share it."),
+    ] = None,
     force: Force = False,
+    quick: Quick = False,
     seeds: Seeds = None,
     settings: Settings = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
-    """Look at an experiment in the browser: its report, and walks of every cell in 3-D.
+    """Look at an experiment, a study or a reproduction in the browser, with walks in 3-D.
 
     The report, index.html, leads to the worst and the median walk of each cell in replays.html
-    beside it. Both need no network, and can be sent to others.
+    beside it; of a study, to those of its winner and of the values before it; of a reproduction,
+    to a folder each of its experiments. All need no network, and can be sent to others.
 
     \b
     Example:
       gaitlab view eros_quick
+      gaitlab view eros_small
       gaitlab view --no-open
     """
 
+    from gaitlab.cli.common import refuse_quick
     from gaitlab.cli.progress import steps
-    from gaitlab.experiment import load_experiment
+    from gaitlab.experiment import is_reproduction, load_experiment
     from gaitlab.report.view import write_view
     from gaitlab.store import Store
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     results = Store(store)
-    with other_output_on_stderr(), steps():
-        asked = load_experiment(experiment or _newest(results), settings or (), seeds)
-        written = write_view(asked, results, output, force=force)
-    walks = plural(len(written.links), "walk")
-    tell(f"{walks} in {written.walks}, {size(written.walks.stat().st_size)}")
-    say(str(written.page))
+    name = experiment or _newest(results)
+    if is_reproduction(name):
+        from gaitlab.papers.reproduction import load_reproduction, view_reproduction
+
+        with other_output_on_stderr(), steps():
+            whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
+            page, views = view_reproduction(whole, results, output, force=force)
+    else:
+        refuse_quick(name, quick)
+        with other_output_on_stderr(), steps():
+            asked = load_experiment(name, settings or (), seeds)
+            views = [write_view(asked, results, output, storage=storage, force=force)]
+        page = views[0].page
+    for written in views:
+        walks = plural(len(written.links), "walk")
+        tell(f"{walks} in {written.walks}, {size(written.walks.stat().st_size)}")
+    say(str(page))
     if opened:
-        _open(written.page)
+        _open(page)
     return 0
 
 

@@ -14,6 +14,7 @@ from gaitlab.documents.steps import step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.report.forms import REPORTS, publish
+from gaitlab.report.forms.explorer import CellExplorer, replays_beside
 from gaitlab.report.gather import gather
 from gaitlab.report.page import write_page
 from gaitlab.report.sources import sources
@@ -60,6 +61,8 @@ def write_report(
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)
     where = sources(experiments, store, results)
+    if replays is None:
+        replays = replays_beside(folder, list(map(str, results.trials["trial_id"])))
     return publish(
         folder,
         partial(write_page, results, where),
@@ -67,6 +70,5 @@ def write_report(
         tables=tables,
         force=force,
         results=results,
-        replays=replays,
-        options=where.options,
+        explorer=CellExplorer(results=results, replays=replays, options=where.options),
     )

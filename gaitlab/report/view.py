@@ -1,6 +1,7 @@
 """An experiment to look at: its cells as a table, and in each the worst and the median walk in 3-D.
 
-One HTML file, `replays.html`, beside that of the report, which leads to it.
+One HTML file, `replays.html`, beside that of the report, which leads to it. Of a study, whose
+candidates are no cells, the walks are those of its winner and of the values before it.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from typing import TypeAlias
 
 from gaitlab.documents.outputs import refuse_other
 from gaitlab.documents.steps import step
-from gaitlab.errors import UsageError
-from gaitlab.experiment import Experiment
+from gaitlab.errors import NothingRun
+from gaitlab.experiment import Experiment, candidate
 from gaitlab.render import Recorded, clip_of
 from gaitlab.render.replay_page import Replay, address, write_replay_page
 from gaitlab.report import write_report
@@ -22,6 +23,10 @@ from gaitlab.report.forms import REPORTS
 from gaitlab.report.gather import gather
 from gaitlab.report.representative import representative, worst
 from gaitlab.report.results import ONE_ROW, Results
+from gaitlab.report.study.findings import Findings
+from gaitlab.report.study.gathering import findings_of
+from gaitlab.report.study.page import write_study_report
+from gaitlab.report.study.tables import near_misses
 from gaitlab.report.variants import Value, Variant
 from gaitlab.report.words import (
     cell_text,
@@ -32,6 +37,7 @@ from gaitlab.report.words import (
     verdict_text,
     with_unit,
 )
+from gaitlab.search.fresh import DEFAULT, WINNER, default_experiment, walked_again
 from gaitlab.store import Store
 
 FILE = "replays.html"
@@ -67,7 +73,12 @@ _Cells: TypeAlias = Mapping[tuple[str, Value, Value], Sequence[_Chosen]]  # by v
 
 
 def write_view(
-    experiment: Experiment, store: Store, output: Path | None = None, *, force: bool = False
+    experiment: Experiment,
+    store: Store,
+    output: Path | None = None,
+    *,
+    storage: str | None = None,
+    force: bool = False,
 ) -> Viewed:
     """Write the report of an experiment in HTML, and beside it the walks of its cells in 3-D.
 
@@ -75,21 +86,21 @@ def write_view(
         experiment: What was asked.
         store: Where the trials are.
         output: Folder; by default `reports/<name>`.
+        storage: Address of the database of a study, if it is not the store's own.
         force: Also replace files that gaitlab did not write.
 
     Raises:
-        UsageError: If it is a study, none of its trials was run, or a file is there that gaitlab
-            did not write.
+        NothingRun: If none of its trials was run.
+        UnknownName: If it is a study that was never searched.
+        UsageError: If a file is there that gaitlab did not write.
         StoreError: If a log is damaged, or a file cannot be written.
     """
-    if experiment.study is not None:
-        raise UsageError(
-            f"{experiment.name} is a study, whose candidates are no cells; `gaitlab report "
-            f"{experiment.name}` shows it, and `gaitlab replay TRIAL --output fall.html` a walk"
-        )
     folder = output or REPORTS / experiment.listed_as
     refuse_other(folder / FILE, b"<!DOCTYPE html>", force=force)
-    results = gather([experiment], store)
+    if experiment.study is None:
+        results = gather([experiment], store)
+    else:
+        results = _of_study(findings_of(experiment, store, storage), store)
     chosen = {
         (variant.label, row, column): list(_chosen(results, variant, row, column))
         for variant in results.variants
@@ -98,7 +109,12 @@ def write_view(
     }
     shown = [item for items in chosen.values() for item in items]
     links = {item.trial_id: FILE + address(item.trial_id) for item in shown}
-    page = write_report([experiment], store, folder, html=True, force=force, replays=links)
+    if experiment.study is None:
+        page = write_report([experiment], store, folder, html=True, force=force, replays=links)
+    else:
+        page = write_study_report(
+            [experiment], store, folder, storage=storage, html=True, force=force, replays=links
+        )
     step("writing walks in 3-D")
     write_replay_page(
         _replays(results, shown),
@@ -108,6 +124,39 @@ def write_view(
         first="" if results.done.empty else str(worst(results.done)["trial_id"]),
     )
     return Viewed(page=page, walks=folder / FILE, links=links)
+
+
+def _of_study(findings: Findings, store: Store) -> Results:
+    """The walks of a study that are looked at: its winner's, and those of the values before it.
+
+    On every ground with fresh seeds; where these were not walked, as the search walked them. Of a
+    study without a winner the candidate that misses least.
+
+    Raises:
+        NothingRun: If no candidate has walked.
+    """
+    study = findings.experiment
+    walked = {one.label for one in findings.reruns if any(w.state == "DONE" for w in one.walks)}
+    chosen = findings.chosen or next(iter(near_misses(findings)), None)
+    if chosen is None:
+        raise NothingRun(
+            f"{study.name}: no candidate has walked yet, so there is nothing to look at; "
+            f"`{findings.commands[0]}` searches"
+        )
+    shown = {}
+    if findings.chosen and WINNER in walked:
+        shown[f"winner, candidate {chosen.number}"] = walked_again(study, chosen)
+    else:
+        shown[f"candidate {chosen.number}"] = candidate(study, chosen.values)
+    if DEFAULT in walked:
+        shown[DEFAULT] = default_experiment(study)
+    layout = replace(study.report, rows="surface", columns="surface", variants=(), compare=None)
+    title = study.report.title or study.title or study.name
+    experiments = [
+        replace(one, report=replace(layout, label=label, title=title), description="")
+        for label, one in shown.items()
+    ]
+    return replace(gather(experiments, store), question=study.description)
 
 
 def _chosen(results: Results, variant: Variant, row: Value, column: Value) -> Iterator[_Chosen]:

@@ -88,7 +88,12 @@ def grounds(experiment: Experiment) -> dict[str, Surface]:
 
 def winner_experiment(history: History, chosen: Candidate) -> Experiment:
     """The winner with fresh seeds on every ground."""
-    return _winner(confirming(history.experiment), chosen, "winner")
+    return walked_again(history.experiment, chosen)
+
+
+def walked_again(experiment: Experiment, chosen: Candidate) -> Experiment:
+    """The winner of a study with fresh seeds on every ground."""
+    return _winner(confirming(experiment), chosen, "winner")
 
 
 def searched_experiment(history: History, chosen: Candidate) -> Experiment | None:

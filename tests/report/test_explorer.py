@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from gaitlab.report.forms import publish
-from gaitlab.report.forms.explorer import Explorer, ended, replays_beside
+from gaitlab.report.forms.explorer import CellExplorer, ended, replays_beside
 from gaitlab.report.page import Sources, write_page
 from gaitlab.report.results import Results
 from tests.report.browser import CHROMIUM, Browser, accessibility_rules, browser, serious
@@ -32,7 +32,9 @@ def toy() -> Results:
 
 def written(results: Results, folder: Path, **more: Any) -> Path:
     write = partial(write_page, results, SOURCES)
-    return publish(folder, write, html=True, tables=False, force=False, results=results, **more)
+    beside = replays_beside(folder, list(map(str, results.trials["trial_id"])))
+    explorer = CellExplorer(results=results, **{"replays": beside, **more})
+    return publish(folder, write, html=True, tables=False, force=False, explorer=explorer)
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +144,7 @@ def toy_cells(page: Path) -> list[dict[str, Any]]:
 
 def test_the_cell_that_a_button_opens_is_the_one_it_stands_for(page: Path) -> None:
     results = toy()
-    explorer = Explorer(results=results, replays={})
+    explorer = CellExplorer(results=results, replays={})
     for number, (label, row, column) in enumerate(explorer.cells):
         variant = next(v for v in results.variants if v.label == label)
         cell = results.cell(variant, row, column)

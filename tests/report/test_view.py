@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,6 +20,7 @@ from gaitlab.report.representative import worst
 from gaitlab.report.view import write_view
 from gaitlab.store import Store, TrialRecord
 from tests.report.browser import CHROMIUM, SOFTWARE_GL, browser
+from tests.search import searches
 from tests.walked import walked
 
 FILE = """\
@@ -26,6 +30,12 @@ gait: {type: eros}
 surfaces: [grass_50mm, hard_floor]
 grid: {gait.step_length: [0.0, 0.04]}
 seeds: 3
+"""
+WHOLE = """\
+name: whole
+reproduction:
+  members: [{experiment: looked_at.yaml}, {experiment: other.yaml}]
+  sections: [{section: falls, title: Falls}]
 """
 TRIAL = re.compile(r'"id":"([0-9a-f]{32})"')
 
@@ -168,7 +178,7 @@ def test_what_cannot_be_shown_is_refused_and_nothing_is_lost(
     for output in ("file", "own"):
         options = ("--output", str(tmp_path / output), "--no-open")
         assert view(folder, name, *options, monkeypatch=monkeypatch) == 2
-    assert view(folder, "eros_small", "--no-open", monkeypatch=monkeypatch) == 2  # a study
+    assert view(folder, "eros_small", "--no-open", monkeypatch=monkeypatch) == 3  # not searched
     assert view(folder, "nowhere", "--no-open", monkeypatch=monkeypatch) == 3
     assert (tmp_path / "file").read_text() == (tmp_path / "own" / "replays.html").read_text()
 
@@ -179,3 +189,69 @@ def test_a_form_is_asked_for_by_its_options(
     asked = replace(experiment(tmp_path), form="seeds-1")
     Store(tmp_path / "data").register(asked, plan(asked).trials())
     assert view(tmp_path, "--no-open", monkeypatch=monkeypatch) == 2
+
+
+def walked_candidate(trial_id: str, trial: Mapping[str, Any], store: Path) -> TrialRecord:
+    """A made-up outcome with the log of a real walk."""
+    return searches.pretend(trial_id, trial, store, log=walked()[1])
+
+
+def page_data(page: Path) -> Any:
+    found = re.search(r'id="data">(.*?)</script>', page.read_text(), re.DOTALL)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def test_of_a_study_every_candidate_opens_and_the_winner_walks(tmp_path: Path) -> None:
+    store = Store(tmp_path / "data")
+    result = searches.search(store, task=walked_candidate)
+    assert result.history.representative is not None
+    written = write_view(searches.study(), store, tmp_path / "out")
+    data = page_data(written.page)
+    candidates = result.history.candidates
+    assert [cell["at"][0] for cell in data["cells"]][: len(candidates)] == [
+        candidate.number for candidate in candidates
+    ]
+    for place, candidate in enumerate(candidates):
+        assert data["trials"]["cell"].count(place) == len(candidate.trial_ids)
+    winner = result.history.representative
+    assert set(written.links) <= set(winner.trial_ids)
+    assert written.links
+    shown = {trial[:8] for trial in TRIAL.findall(written.walks.read_text())}
+    assert shown == {link.partition("#")[2] for link in written.links.values()}
+    assert written.page.read_text().count('id="plot"') == 1
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
+def test_the_candidates_of_a_study_are_drawn_and_open(tmp_path: Path) -> None:
+    store = Store(tmp_path / "data")
+    searches.search(store, task=walked_candidate)
+    written = write_view(searches.study(), store, tmp_path / "out")
+    with browser(tmp_path / "profile", more=SOFTWARE_GL) as tab:
+        tab.open(written.page)
+        tab.value("document.getElementById('plot').scrollIntoView()")
+        for _ in range(200):
+            if tab.value("document.getElementById('plot').dataset.drawn"):
+                break
+            tab.value("new Promise(r => setTimeout(() => r(1), 50))")
+        panels = tab.value("document.querySelectorAll('#plot .cartesianlayer > .subplot').length")
+        assert panels == len(page_data(written.page)["axes"])
+        tab.value("document.querySelector('button[data-cell]').click()")
+        assert tab.value("document.getElementById('cell').open")
+        assert tab.value("document.querySelectorAll('#cell tbody tr').length") > 0
+        assert not tab.problems
+        assert tab.fetched == [written.page.resolve().as_uri()]
+
+
+def test_a_reproduction_leads_to_the_cells_of_its_members(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(folder / "data", tmp_path / "data")
+    shutil.copy(folder / "looked_at.yaml", tmp_path)
+    (tmp_path / "other.yaml").write_text(FILE.replace("looked_at", "other").replace("0.04", "0.06"))
+    (tmp_path / "whole.yaml").write_text(WHOLE)
+    assert view(tmp_path, "whole.yaml", "--no-open", monkeypatch=monkeypatch) == 0
+    page = tmp_path / capfd.readouterr().out.strip()
+    for link in re.findall(r'href="([\w./]+\.html)"', page.read_text()):
+        assert page_data(page.parent / link)["trials"]["id"]
+    assert "looked_at/index.html" in page.read_text()

@@ -16,6 +16,7 @@ import numpy as np
 
 import gaitlab.running.processes
 from gaitlab.experiment import Experiment, load_experiment
+from gaitlab.log import TrialLog
 from gaitlab.search import Candidate
 from gaitlab.search.database import history
 from gaitlab.search.search import SearchCallback, SearchResult, optimize
@@ -38,7 +39,12 @@ def study(*settings: str) -> Experiment:
 
 
 def pretend(
-    trial_id: str, trial: Mapping[str, Any], store: Path, *, pause: float = 0.0
+    trial_id: str,
+    trial: Mapping[str, Any],
+    store: Path,
+    *,
+    pause: float = 0.0,
+    log: TrialLog | None = None,
 ) -> TrialRecord:
     """Commit a trial that walks the faster the nearer it is to the best values."""
     time.sleep(pause)
@@ -53,7 +59,7 @@ def pretend(
         metrics=metrics,
         provenance={"gaitlab_version": "0.1.0"},
     )
-    Store(store).commit(record, None)
+    Store(store).commit(record, log if state == "DONE" else None)
     return record
 
 
@@ -69,6 +75,8 @@ def _metrics(values: Mapping[str, float], surface: str, seed: int) -> dict[str, 
         "walking_speed": float(speed),
         "fell": fell,
         "stable": not fell,
+        "stable_strict": not fell,
+        "distance": float(speed * walked),
         "walked_time": float(walked),
         "time_to_fall": float(walked) if fell else None,
     }

@@ -43,6 +43,7 @@ def write_reproduction(
     html: bool = False,
     tables: bool = False,
     force: bool = False,
+    links: Mapping[str, str] | None = None,
 ) -> Path:
     """Write the page of a reproduction; the same store gives the same bytes.
 
@@ -53,6 +54,7 @@ def write_reproduction(
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
         force: Also write into a folder that holds files of somebody else.
+        links: Pages beside it that the contents of the HTML lead to, by what they are called.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -75,7 +77,7 @@ def write_reproduction(
             page.with_name(DETAILS).write_text(second, encoding="utf-8")
         return page
 
-    return publish(folder, write, html=html, tables=tables, force=force)
+    return publish(folder, write, html=html, tables=tables, force=force, links=links)
 
 
 def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:

@@ -11,7 +11,7 @@ from gaitlab.documents.outputs import published
 from gaitlab.documents.steps import step
 from gaitlab.render.figure_style import vector_figures
 from gaitlab.render.kept_figures import figures_before
-from gaitlab.report.forms.explorer import Explorer, replays_beside
+from gaitlab.report.forms.explorer import Explorer
 from gaitlab.report.forms.html import html_page, write_html
 from gaitlab.report.forms.tables import write_tables
 from gaitlab.report.results import Results
@@ -29,8 +29,8 @@ def publish(
     tables: bool,
     force: bool,
     results: Results | None = None,
-    replays: Mapping[str, str] | None = None,
-    options: str = "",
+    explorer: Explorer | None = None,
+    links: Mapping[str, str] | None = None,
 ) -> Path:
     """Write a page in all forms into a folder, whose files take their places once all are whole.
 
@@ -40,11 +40,9 @@ def publish(
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
         force: Also write into a folder that holds files of somebody else.
-        results: What the page was computed from, whose cells and trials become CSV too, and open
-            in HTML.
-        replays: Link to the replay of a trial by its id, relative to the page; by default to those
-            that lie beside it, `replays/ID.html`.
-        options: What a command on a trial needs besides its id, ` --store DIR` for instance.
+        results: What the page was computed from, whose cells and trials become CSV too.
+        explorer: What opens and draws in HTML.
+        links: Pages beside it that the contents of the HTML lead to, by what they are called.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -60,14 +58,5 @@ def publish(
             write_tables(page, results)
         if html:
             step("writing HTML")
-            shown = None if results is None else _explorer(results, folder, replays, options)
-            page = write_html(page, shown)
+            page = write_html(page, explorer, links)
     return folder / page.name
-
-
-def _explorer(
-    results: Results, folder: Path, replays: Mapping[str, str] | None, options: str
-) -> Explorer:
-    ids = list(map(str, results.trials["trial_id"]))
-    known = replays_beside(folder, ids) if replays is None else replays
-    return Explorer(results=results, replays=known, options=options)

@@ -1,4 +1,5 @@
-/** The cells of an experiment: each opens its seeds, and one figure draws any measure of them. */
+/** The cells of an experiment, or the candidates of a study: each opens its seeds, and one figure
+ * draws any measure of them, over the rows of a table or over every number that was searched. */
 const data = JSON.parse(document.getElementById("data").textContent);
 const trials = data.trials;
 const SYMBOLS = ["circle", "square", "diamond", "triangle-up", "star", "hexagon"];
@@ -19,11 +20,11 @@ const shown = (value) => (value === null ? "\u2014" : String(Number(value.toPrec
 const percent = (share) => `${Math.round(100 * share)} %`;
 
 function shareText(cell) {
-  if (!cell.n) return "No seed has been scored.";
+  if (!cell.n) return cell.text || "No seed has been scored.";
   const [low, high] = cell.interval.map((end) => Math.round(100 * end));
   const lead = cell.stands ? "" : "The robot does not stand here. ";
   return `${lead}${cell.stable} of ${cell.n} seeds stayed up, ${percent(cell.stable / cell.n)} ` +
-    `[${low}\u2013${high}].`;
+    `[${low}\u2013${high}].${cell.text ? ` ${cell.text}` : ""}`;
 }
 
 /** Show the seeds of a cell, a row each. */
@@ -85,9 +86,10 @@ function openCell(number, marked = null) {
   sortable(table);
   const watch = document.getElementById("cell-watch");
   const [trial] = marked === null ? seedsOf[number] : [marked];
-  watch.textContent = "To watch one: ";
+  watch.textContent = trial === undefined ? "" : "To watch one: ";
   const name = trials.id[trial];
-  watch.append(element("code", `gaitlab replay ${name}${data.options} --output ${name}.html`));
+  const command = `gaitlab replay ${name}${data.options} --output ${name}.html`;
+  if (trial !== undefined) watch.append(element("code", command));
   dialog.showModal();
   dialog.querySelector("tr.marked")?.scrollIntoView({ block: "center" });
 }
@@ -101,7 +103,8 @@ document.getElementById("cell").addEventListener("click", (event) => {
 
 const SHARE = { name: "", title: "stable share [%]", meaning: "Seeds that stayed up, with the " +
   "95 % Wilson interval. More is better." };
-const measures = [SHARE, ...data.measures];
+// Of a study one number a candidate; of an experiment one a seed.
+const measures = data.axes ? [...data.scores, SHARE] : [SHARE, ...data.measures];
 const chooser = document.getElementById("measure");
 const plot = document.getElementById("plot");
 const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -111,16 +114,37 @@ const colour = (name) => getComputedStyle(document.documentElement).getPropertyV
 /** Places of the variants, and of the seeds of each, around the tick of a row. */
 const beside = (k, n, width) => (n > 1 ? width * (k / (n - 1) - 0.5) : 0);
 
-/** One point a cell, with its interval. */
-function shares(variant, column) {
-  const cells = data.cells.map((cell, number) => ({ ...cell, number })).filter(
-    ({ place, n }) => n && place[0] === variant && place[2] === column,
-  );
+/** The cells of a panel, and where each stands across it. */
+function cellsOf(variant, panel) {
   const shift = beside(variant, data.variants.length, 0.4);
+  return data.cells
+    .map((cell, number) => ({
+      ...cell, number, across: data.axes ? cell.at[panel] : cell.place[1] + shift,
+    }))
+    .filter(({ place, across }) =>
+      place[0] === variant && (data.axes ? across !== null : place[2] === panel));
+}
+
+/** One point a candidate. */
+function scores({ name, title }, variant, panel) {
+  const cells = cellsOf(variant, panel).filter(({ values }) => values[name] !== null);
+  return {
+    x: cells.map(({ across }) => across),
+    y: cells.map(({ values }) => values[name]),
+    customdata: cells.map(({ number }) => [number, null]),
+    text: cells.map((cell) =>
+      `${safe(cell.title)}<br>${safe(title)}: <b>${shown(cell.values[name])}</b><br>` +
+        cell.given.map(safe).join("<br>")),
+  };
+}
+
+/** One point a cell, with its interval. */
+function shares(variant, panel) {
+  const cells = cellsOf(variant, panel).filter(({ n }) => n);
   const ends = cells.map(({ interval }) => interval.map((end) => 100 * end));
   const y = cells.map(({ stable, n }) => (100 * stable) / n);
   return {
-    x: cells.map(({ place }) => place[1] + shift),
+    x: cells.map(({ across }) => across),
     y,
     error_y: {
       array: ends.map(([, high], k) => high - y[k]),
@@ -163,11 +187,15 @@ function draw() {
   const measure = measures[chooser.selectedIndex];
   document.getElementById("meaning").textContent = measure.meaning;
   const wide = plot.clientWidth >= NARROW;
-  const columns = data.columns.length, across = wide ? Math.min(columns, 4) : 1;
+  const columns = (data.axes ?? data.columns).length, across = wide ? Math.min(columns, 4) : 1;
   const down = Math.ceil(columns / across);
   const ink = colour("--ink"), line = colour("--line"), paper = colour("--paper");
   const font = { color: ink, family: "system-ui, sans-serif", size: 13 };
-  const top = wide || data.variants.length < 2 ? 56 : 36 + 22 * data.variants.length; // legend
+  const names = data.variants.map((name) => 60 + 8 * name.length); // px in the legend
+  const lines = wide
+    ? Math.ceil(names.reduce((sum, width) => sum + width, 0) / plot.clientWidth)
+    : names.length;
+  const top = names.length < 2 ? 56 : 34 + 22 * lines;
   const layout = {
     autosize: true,
     height: down * (wide ? 300 : 230) + top + 34,
@@ -180,19 +208,28 @@ function draw() {
     legend: { orientation: "h", y: 1, yref: "container", yanchor: "top", x: 0 },
     dragmode: wide ? "zoom" : false, // a finger scrolls the page
     annotations: [],
-    grid: { rows: down, columns: across, pattern: "independent", ygap: 0.35, xgap: 0.04 },
+    grid: {
+      rows: down, columns: across, pattern: "independent", xgap: 0.04, ygap: data.axes ? 0.45 : 0.35,
+    },
   };
-  const traces = [];
+  const traces = [], named = new Set(); // variants that the legend has
   const tints = dark.matches ? data.colours.dark : data.colours.light;
   for (let column = 0; column < columns; column++) {
     const end = column ? String(column + 1) : "";
     const first = column % across === 0;
+    const axis = data.axes?.[column];
+    const ticks = axis ? axis.ticks : data.rows;
+    const below = axis ? axis.title : column >= columns - across ? data.row : "";
     layout[`xaxis${end}`] = {
-      tickvals: data.rows.map((_, k) => k),
-      ticktext: data.rows.map(safe),
-      range: [-0.6, data.rows.length - 0.4],
+      ...(ticks
+        ? {
+            tickvals: ticks.map((_, k) => k),
+            ticktext: ticks.map(safe),
+            range: [-0.6, ticks.length - 0.4],
+          }
+        : { type: axis.log ? "log" : "linear", nticks: 5, tickangle: 0 }),
       gridcolor: line, linecolor: line, zeroline: false, automargin: true,
-      title: { text: column >= columns - across ? safe(data.row) : "", standoff: 8, font },
+      title: { text: safe(below), standoff: 8, font },
     };
     layout[`yaxis${end}`] = {
       gridcolor: line, zerolinecolor: line, showticklabels: first,
@@ -201,20 +238,23 @@ function draw() {
       ...(measure === SHARE ? { range: [-4, 104] } : {}),
     };
     layout.annotations.push({
-      text: `<b>${safe(data.columns[column])}</b>`, showarrow: false,
+      text: `<b>${safe(axis ? axis.name : data.columns[column])}</b>`, showarrow: false,
       xref: `x${end} domain`, yref: `y${end} domain`, x: 0, y: 1, xanchor: "left", yanchor: "bottom",
     });
     data.variants.forEach((name, variant) => {
-      const points = measure === SHARE ? shares(variant, column) : seeds(measure, variant, column);
+      const of = measure === SHARE ? shares : data.axes ? scores : seeds;
+      const points = of === shares ? shares(variant, column) : of(measure, variant, column);
       const tint = tints[variant % tints.length];
-      const { symbols = SYMBOLS[variant % SYMBOLS.length], error_y, ...rest } = points;
+      const own = data.symbols?.[variant] ?? SYMBOLS[variant % SYMBOLS.length];
+      const { symbols = own, error_y, ...rest } = points;
       traces.push({
         ...rest,
         type: "scatter", mode: "markers", name: safe(name), legendgroup: String(variant),
-        showlegend: column === 0, xaxis: `x${end}`, yaxis: `y${end}`, hoverinfo: "text",
-        marker: { color: tint, symbol: symbols, size: measure === SHARE ? 9 : 7 },
+        showlegend: points.x.length > 0 && !named.has(variant), xaxis: `x${end}`, yaxis: `y${end}`, hoverinfo: "text",
+        marker: { color: tint, symbol: symbols, size: own === "star" ? 14 : of === seeds ? 7 : 9 },
         ...(error_y ? { error_y: { ...error_y, color: tint } } : {}),
       });
+      if (points.x.length) named.add(variant);
     });
   }
   const options = { responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false };

@@ -1,7 +1,8 @@
 """What a reader of the HTML form opens: the seeds of each cell, and one figure of any measure.
 
 Here is the data of both, as JSON on the page; `explorer.js` shows it, and plotly draws. The page
-stays one file, so plotly's script lies in it, packed, and is unpacked once the figure is seen.
+stays one file, so plotly's script lies in it, packed, and is unpacked once the figure is seen. The
+cells are those of an experiment; `gaitlab.report.study.explorer` has the candidates of a study.
 """
 
 from __future__ import annotations
@@ -9,12 +10,14 @@ from __future__ import annotations
 import base64
 import json
 import zlib
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from importlib import resources
 from pathlib import Path
+from typing import ClassVar
 from urllib.parse import quote
 
 import numpy as np
@@ -24,6 +27,7 @@ from gaitlab.metrics import lookup
 from gaitlab.render.figure_style import CYCLE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, YELLOW
 from gaitlab.report.cells import cells_in_order
 from gaitlab.report.falls import measures_of, shown_unit, shown_values
+from gaitlab.report.maps import SHARES
 from gaitlab.report.matching import places
 from gaitlab.report.representative import shortened
 from gaitlab.report.results import ONE_ROW, Results
@@ -41,18 +45,76 @@ GZIP = 16 + zlib.MAX_WBITS  # a gzip header, which browsers unpack; without a ti
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Explorer:
-    """The cells and trials of an experiment, for the HTML form.
+class Explorer(ABC):
+    """What a reader of the HTML form opens and draws.
 
     Attributes:
-        results: What the page was computed from.
+        picture: Name of the figure of the page whose place the one that it draws takes.
         replays: Link to the replay of a trial by its id, relative to the page.
         options: What a command on a trial needs besides its id, ` --store DIR` for instance.
     """
 
-    results: Results
+    picture: ClassVar[str]
     replays: Mapping[str, str]
     options: str = ""
+
+    @abstractmethod
+    def data(self) -> dict[str, object]:
+        """What `explorer.js` shows, as JSON's own types; a number that is not known is None."""
+
+    def bar(self, number: int) -> str:
+        """What stands in a table beside the words of a cell; nothing by default."""
+        del number
+        return ""
+
+    def below(self) -> str:
+        """HTML below the figure; nothing by default."""
+        return ""
+
+    @property
+    def walks(self) -> str:
+        """The file that holds all replays; empty where there is none, or each has its own."""
+        files = {link.partition("#")[0] for link in self.replays.values()}
+        return files.pop() if len(files) == 1 else ""
+
+    def figure(self, name: str) -> str:
+        """Where the figure is drawn, and what chooses its measure.
+
+        Args:
+            name: What a reader gets who cannot see it.
+        """
+        return (
+            f'<figure class="plot"><figcaption><label>Show <select id="measure"></select></label> '
+            f'<span id="meaning"></span></figcaption><div id="plot" role="group" '
+            f'aria-label="{escape(name)}"></div></figure>\n{self.below()}'
+        )
+
+    def blocks(self) -> str:
+        """The dialog of a cell, the data, and plotly, for the end of the page."""
+        data = json.dumps(self.data(), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+        safe = data.replace("<", "\\u003c")  # nothing in it can end the element
+        packed = zlib.compressobj(9, zlib.DEFLATED, GZIP)
+        script = packed.compress(plotly().encode()) + packed.flush()
+        return "\n".join(
+            [
+                DIALOG,
+                f'<script type="application/json" id="data">{safe}</script>',
+                f'<script type="text/plain" id="plotly">{base64.b64encode(script).decode()}'
+                "</script>",
+            ]
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellExplorer(Explorer):
+    """The cells and trials of an experiment.
+
+    Attributes:
+        results: What the page was computed from.
+    """
+
+    picture: ClassVar[str] = SHARES
+    results: Results
 
     @cached_property
     def cells(self) -> list[tuple[str, Value, Value]]:
@@ -60,12 +122,6 @@ class Explorer:
         return [
             (variant.label, row, column) for variant, row, column in cells_in_order(self.results)
         ]
-
-    @property
-    def walks(self) -> str:
-        """The file that holds all replays; empty where there is none, or each has its own."""
-        files = {link.partition("#")[0] for link in self.replays.values()}
-        return files.pop() if len(files) == 1 else ""
 
     def scored(self, number: int) -> ScoredCell:
         """The cell of a number."""
@@ -84,35 +140,8 @@ class Explorer:
         inside = f'<i style="{span}"></i><b style="{mark}"></b>'
         return f'<span class="bar" aria-hidden="true">{inside}</span>'
 
-    def figure(self, name: str) -> str:
-        """Where the figure is drawn, and what chooses its measure.
-
-        Args:
-            name: What a reader gets who cannot see it.
-        """
-        return (
-            f'<figure class="plot"><figcaption><label>Show <select id="measure"></select></label> '
-            f'<span id="meaning"></span></figcaption><div id="plot" role="group" '
-            f'aria-label="{escape(name)}"></div></figure>\n'
-        )
-
-    def blocks(self) -> str:
-        """The dialog of a cell, the data, and plotly, for the end of the page."""
-        data = json.dumps(self.data(), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-        safe = data.replace("<", "\\u003c")  # nothing in it can end the element
-        packed = zlib.compressobj(9, zlib.DEFLATED, GZIP)
-        script = packed.compress(plotly().encode()) + packed.flush()
-        return "\n".join(
-            [
-                DIALOG,
-                f'<script type="application/json" id="data">{safe}</script>',
-                f'<script type="text/plain" id="plotly">{base64.b64encode(script).decode()}'
-                "</script>",
-            ]
-        )
-
     def data(self) -> dict[str, object]:
-        """What `explorer.js` shows, as JSON's own types; a number that is not known is None."""
+        """Rows, columns, cells and trials of the experiment."""
         results = self.results
         one_row = results.rows == ONE_ROW
         return {
@@ -122,7 +151,7 @@ class Explorer:
             "variants": [variant.label for variant in results.variants],
             "colours": {"light": CYCLE[:COLOURS], "dark": ON_DARK},
             "cells": list(self._cells()),
-            "measures": [_measure(name) for name in measures_of(results)],
+            "measures": [measure(name) for name in measures_of(results)],
             "options": self.options,
             "trials": self._trials(),
         }
@@ -159,9 +188,9 @@ class Explorer:
                 for path in apart
                 if path != ONE_ROW and trials[path].nunique() > 1
             },
-            "time": _numbers(pd.to_numeric(trials["time_to_fall"], errors="coerce")),
+            "time": rounded(pd.to_numeric(trials["time_to_fall"], errors="coerce")),
             "values": {
-                name: _numbers(shown_values(name, trials[name])) for name in measures_of(results)
+                name: rounded(shown_values(name, trials[name])) for name in measures_of(results)
             },
             "replay": [self.replays.get(name) for name in ids],
         }
@@ -206,7 +235,8 @@ def _tick(value: Value) -> str:
     return value_text(value).replace("_", " ")
 
 
-def _measure(name: str) -> dict[str, str]:
+def measure(name: str) -> dict[str, str]:
+    """Name, title and meaning of a metric."""
     item, unit = lookup(name), shown_unit(name)
     meaning = " ".join(item.doc.partition("\n\n")[0].split())
     return {
@@ -216,7 +246,8 @@ def _measure(name: str) -> dict[str, str]:
     }
 
 
-def _numbers(values: Iterable[float]) -> list[float | None]:
+def rounded(values: Iterable[float]) -> list[float | None]:
+    """Numbers to the digits of a page; None for those that are not known."""
     return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in map(float, values)]
 
 

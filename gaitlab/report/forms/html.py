@@ -19,11 +19,11 @@ from gaitlab.report.cells import CELLS
 from gaitlab.report.forms.drawings import figure
 from gaitlab.report.forms.explorer import Explorer, plotly
 from gaitlab.report.forms.tokens import SECTION, Heading, headings, parser, plain, whole_text
-from gaitlab.report.maps import SHARES
 
 FILE = "index.html"
 WIDE = 3  # columns of a table; one of more is a list on a narrow screen
 BUTTON = '<button type="button" class="cell" data-cell="{}" aria-haspopup="dialog">'
+BESIDE = "Cells and walks of each experiment"
 LISTED = (2, 3)  # levels of headings in the table of contents
 
 # Mark-up that the pages themselves write between their lines; whatever else looks like a tag
@@ -34,19 +34,28 @@ _INTERVAL = re.compile(r"(?:\d+ % )?\[[-+\d][^\[\]]{0,24}\]|\d+ %")
 _NOTE = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
-def write_html(page: Path, explorer: Explorer | None = None) -> Path:
+def write_html(
+    page: Path, explorer: Explorer | None = None, links: Mapping[str, str] | None = None
+) -> Path:
     """Write index.html beside a page of Markdown; the same page gives the same bytes.
 
     Args:
         page: The page, in Markdown.
         explorer: The cells and trials of an experiment, which a reader then opens.
+        links: Pages beside it that the contents lead to, by what they are called.
     """
     target = page.with_name(FILE)
-    target.write_text(html_page(whole_text(page), page.parent, explorer), encoding="utf-8")
+    text = html_page(whole_text(page), page.parent, explorer, links)
+    target.write_text(text, encoding="utf-8")
     return target
 
 
-def html_page(markdown: str, folder: Path, explorer: Explorer | None = None) -> str:
+def html_page(
+    markdown: str,
+    folder: Path,
+    explorer: Explorer | None = None,
+    links: Mapping[str, str] | None = None,
+) -> str:
     """The whole content of a page as HTML, its figures inside.
 
     Args:
@@ -54,6 +63,7 @@ def html_page(markdown: str, folder: Path, explorer: Explorer | None = None) -> 
         folder: Where its figures are.
         explorer: The cells and trials of an experiment: their tables open the seeds, and what
             draws any measure of them takes the place of the picture of their shares.
+        links: Pages beside it that the contents lead to, by what they are called.
     """
     made = parser()
     tokens = made.parse(markdown)
@@ -84,7 +94,7 @@ def html_page(markdown: str, folder: Path, explorer: Explorer | None = None) -> 
             f"<style>\n{style}</style>",
             "</head>",
             "<body>",
-            _contents(list(titles.values()), explorer.walks if explorer else ""),
+            _contents(list(titles.values()), explorer.walks if explorer else "", links or {}),
             f"<main>\n{body}</main>",
             f"<script>{script}</script>",
             "</body>",
@@ -102,8 +112,8 @@ def _resource(name: str) -> str:
     return resources.files("gaitlab.report.forms").joinpath(name).read_text(encoding="utf-8")
 
 
-def _contents(titles: Sequence[Heading], walks: str) -> str:
-    """The headings of a page, and before them the file that shows its walks, if there is one."""
+def _contents(titles: Sequence[Heading], walks: str, links: Mapping[str, str]) -> str:
+    """The headings of a page, and before them the files beside it that belong to it."""
     items = [
         f'<li class="level{heading.level}"><a href="#{escape(heading.anchor)}">'
         f"{escape(heading.text)}</a></li>"
@@ -111,6 +121,10 @@ def _contents(titles: Sequence[Heading], walks: str) -> str:
         if heading.level in LISTED
     ]
     link = f'<p><a class="walks" href="{escape(walks)}">Walks in 3-D</a></p>\n' if walks else ""
+    if links:
+        rows = (f'<li><a href="{escape(to)}">{escape(name)}</a></li>' for name, to in links.items())
+        link += f"<details open>\n<summary>{BESIDE}</summary>\n<ol>\n{''.join(rows)}\n</ol>"
+        link += "\n</details>\n"
     if not items and not link:
         return ""
     lines = "\n".join(items)
@@ -177,7 +191,7 @@ class _Page(RendererHTML):
     ) -> None:
         super().__init__()
         self._folder, self._explorer = folder, explorer
-        self._figures = self._tables = 0
+        self._figures = self._tables = self._drawn = 0
         self._anchors = iter([heading.anchor for heading in titles.values()])
 
     def image(
@@ -186,8 +200,9 @@ class _Page(RendererHTML):
         token = tokens[idx]
         self._figures += 1
         alt = self.renderInlineAsText(token.children or [], options, env)
-        if self._explorer and token.attrs["src"] == f"{SHARES}.png":
-            return self._explorer.figure(alt)
+        if self._explorer and token.attrs["src"] == f"{self._explorer.picture}.png":
+            self._drawn += 1
+            return self._explorer.figure(alt) if self._drawn == 1 else ""
         return figure(str(token.attrs["src"]), alt, self._folder, self._figures) + "\n"
 
     def text(

@@ -83,7 +83,8 @@ def history(findings: Findings) -> Figure:
                 b.number - 0.5 for a, b in pairwise(findings.candidates) if a.batch != b.batch
             ]
             for border in borders if len(borders) <= MANY_BATCHES else ():
-                axis.axvline(border, color=FAINT, linewidth=0.5, zorder=0)
+                label = "border of a batch" if border == borders[0] else None
+                axis.axvline(border, color=FAINT, linewidth=0.5, zorder=0, label=label)
             for kind, look in KINDS.items():
                 chosen = [c for c in findings.candidates if kind_of(c) == kind]
                 numbers = [float(c.number) for c in chosen]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -11,11 +12,14 @@ from matplotlib.figure import Figure
 from gaitlab.documents.steps import step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
+from gaitlab.experiment.shell import store_option
 from gaitlab.render.figure_style import save
 from gaitlab.report.forms import REPORTS, publish
+from gaitlab.report.forms.explorer import replays_beside
 from gaitlab.report.markdown import DETAILS, escape, fenced, image, section, table, write_pages
 from gaitlab.report.provenance import facts_table
 from gaitlab.report.study import figures, tables
+from gaitlab.report.study.explorer import StudyExplorer
 from gaitlab.report.study.findings import Findings
 from gaitlab.report.study.fresh import Crossing, crossings, crossings_table, score, stable_of
 from gaitlab.report.study.gathering import findings_of
@@ -51,6 +55,7 @@ def write_study_report(
     html: bool = False,
     tables: bool = False,
     force: bool = False,
+    replays: Mapping[str, str] | None = None,
 ) -> Path:
     """Write the report of one or several studies; nothing is simulated.
 
@@ -63,6 +68,8 @@ def write_study_report(
         html: Also write the page as one file of HTML.
         tables: Also write every table as LaTeX and CSV.
         force: Also write into a folder that holds files of somebody else.
+        replays: Link to the replay of a trial by its id, relative to the page of one study in
+            HTML; by default to those that lie beside it, `replays/ID.html`.
 
     Returns:
         The page, in HTML if that was asked for.
@@ -81,9 +88,25 @@ def write_study_report(
     found = [findings_of(one, store, storage) for one in experiments]
     folder = output or REPORTS / "+".join(one.name for one in experiments)
     write = partial(write_pages_together, found)
+    explorer = None
     if len(found) == 1:
         write = partial(write_study_page, found[0])
-    return publish(folder, write, html=html, tables=tables, force=force)
+        explorer = _explorer(found[0], store, folder, replays) if html else None
+    return publish(folder, write, html=html, tables=tables, force=force, explorer=explorer)
+
+
+def _explorer(
+    findings: Findings, store: Store, folder: Path, replays: Mapping[str, str] | None
+) -> StudyExplorer | None:
+    """What opens the candidates; None where none was tried."""
+    if not findings.candidates:
+        return None
+    if replays is None:
+        tried = [trial for one in findings.candidates for trial in one.trial_ids]
+        again = [walk.trial_id for one in findings.reruns for walk in one.walks]
+        replays = replays_beside(folder, [*tried, *again])
+    options = "".join(f" {shlex.quote(word)}" for word in store_option(store.path))
+    return StudyExplorer(findings=findings, store=store, replays=replays, options=options)
 
 
 def write_study_page(findings: Findings, folder: Path) -> Path:
@@ -222,10 +245,7 @@ def _history(findings: Findings, folder: Path) -> str:
 def _search(findings: Findings, folder: Path) -> str:
     if not findings.candidates:
         return ""
-    note = (
-        "Thin vertical lines are the borders of batches; a candidate that was given up early "
-        "stands at what its first seeds gave."
-    )
+    note = "A candidate that was given up early stands at what its first seeds gave."
     rate = ""
     if findings.wall:
         rate = (
