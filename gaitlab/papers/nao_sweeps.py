@@ -7,7 +7,7 @@ of the load index, see the metric `load_index_fluctuation`, compared seed by see
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from math import isfinite
 from pathlib import Path
@@ -17,7 +17,7 @@ import numpy as np
 from gaitlab.errors import UnknownName
 from gaitlab.log import TrialLog
 from gaitlab.log.sensing import READING, load_index_signal, normalised_zmp_signal
-from gaitlab.papers.nao_effects import straight
+from gaitlab.papers.nao_effects import final_gait, straight
 from gaitlab.papers.page import Picture, Table
 from gaitlab.papers.printed import rows as published
 from gaitlab.papers.walks import not_simulated
@@ -142,25 +142,104 @@ class Setting:
         """Share of the trials that walked."""
         return self.walked / len(self.trials)
 
+    @property
+    def open(self) -> bool:
+        """Whether the interval of the share that walked holds one half."""
+        low, high = wilson(self.walked, len(self.trials))
+        return low <= 0.5 <= high
+
     def metric(self, name: str) -> dict[int, float]:
         """Finite values of a metric by seed."""
         found = {seed: float(str(trial[name])) for seed, trial in self.trials.items()}
         return {seed: value for seed, value in found.items() if isfinite(value)}
 
 
-def settings(sweep: NaoSweep, store: Path) -> list[Setting]:
-    """Every setting of a sweep with its finished trials; none for a sweep that was never run."""
+@dataclass(frozen=True, kw_only=True)
+class Walked:
+    """What an engine says of all sweeps.
+
+    Attributes:
+        engine: Its name, as a reader writes it.
+        experiment: The experiment that holds all of its sweeps; None where each has its own.
+        sweeps: By experiment of the sweep, every setting that was walked.
+        gaps: Of each choice of the paper, by value of another setting: the choice's fluctuation
+            less that one's. All of them, and those of the other engine, are judged together.
+    """
+
+    engine: str
+    experiment: str | None
+    sweeps: Mapping[str, list[Setting]]
+    gaps: Mapping[tuple[str, float], Contrast] = field(default_factory=dict)
+
+    def __getitem__(self, sweep: NaoSweep) -> list[Setting]:
+        return self.sweeps[sweep.experiment]
+
+    def run(self, sweep: NaoSweep) -> str:
+        """Experiment that walks a sweep."""
+        return self.experiment or sweep.experiment
+
+
+ENGINES = (("MuJoCo", None), ("Bullet", "nao_confirmed"))
+
+
+def walked(store: Path) -> list[Walked]:
+    """What each engine says, the fast one first; settings that were never walked are left out."""
+    found = [
+        Walked(
+            engine=engine,
+            experiment=experiment,
+            sweeps={
+                sweep.experiment: settings(sweep, store, experiment)
+                for sweep in (*sweeps(), PERIOD)
+            },
+        )
+        for engine, experiment in ENGINES
+    ]
+    return compared(found)
+
+
+def compared(found: Sequence[Walked]) -> list[Walked]:
+    """The same with the choices compared, all comparisons of all engines as one family."""
+    places = [
+        (number, (sweep.experiment, other.value), _gap(other, chosen))
+        for number, one in enumerate(found)
+        for sweep in sweeps()
+        for chosen in one[sweep]
+        if chosen.value == sweep.chosen
+        for other in one[sweep]
+        if other is not chosen
+    ]
+    verdicts = judged([gap for _, _, gap in places])
+    gaps: list[dict[tuple[str, float], Contrast]] = [{} for _ in found]
+    for (number, key, _), gap in zip(places, verdicts, strict=True):
+        gaps[number][key] = gap
+    return [replace(one, gaps=its) for one, its in zip(found, gaps, strict=True)]
+
+
+def settings(sweep: NaoSweep, store: Path, experiment: str | None = None) -> list[Setting]:
+    """Every setting of a sweep with its finished trials; none for a sweep that was never run.
+
+    Args:
+        sweep: What is varied.
+        store: Folder of the results.
+        experiment: One that varies other things too, one at a time; only those trials count that
+            have the others as they usually are. The sweep's own by default.
+    """
     try:
-        trials: Trials = [
-            {str(key): value for key, value in row.items()}
-            for row in Store(store).table(sweep.experiment).to_dict("records")
-            if row["state"] == "DONE"
-        ]
+        table = Store(store).table(experiment or sweep.experiment)
     except UnknownName:
         return []
+    if table.empty:
+        return []
+    table = table[table["state"] == "DONE"]
+    for other in (*sweeps(), PERIOD) if experiment else ():
+        if other != sweep:
+            table = table[np.isclose(table[other.path].astype(float), _usual(other))]
     grouped: dict[float, dict[int, Mapping[str, object]]] = {}
-    for trial in trials:
+    for row in table.to_dict("records"):
+        trial = {str(key): value for key, value in row.items()}
         grouped.setdefault(sweep.value_of(trial), {})[int(str(trial["seed"]))] = trial
+    trials: Trials = [trial for each in grouped.values() for trial in each.values()]
     return [
         Setting(value=value, trials=grouped[value])
         for value in sweep.values(trials)
@@ -168,18 +247,26 @@ def settings(sweep: NaoSweep, store: Path) -> list[Setting]:
     ]
 
 
-def table(sweep: NaoSweep, found: Sequence[Setting]) -> Table:
+def _usual(sweep: NaoSweep) -> float:
+    """Value of a sweep's parameter at the paper's final setting."""
+    value: float = getattr(final_gait(), sweep.path.removeprefix("gait."))
+    return value
+
+
+def table(sweep: NaoSweep, one: Walked) -> Table:
     """What the simulation shows of each setting."""
     marked = {True: " (the paper's choice)", False: ""}
     header = [f"{sweep.symbol} [{sweep.unit}]", "walks", "share, 95 % interval"]
     header += ["fluctuation of the load", "roles changed again", "X beyond ±1"]
     header += ["ZMP clear of the edge", "roll ± [deg]"]
     body = [
-        [f"{s.value:g}{marked[s.value == sweep.chosen]}", *_walked(s), *_measured(s)] for s in found
+        [f"{s.value:g}{marked[s.value == sweep.chosen]}", *_walked(s), *_measured(s)]
+        for s in one[sweep]
     ]
     number = f"Table {sweep.table[-1]}, " if sweep.table else ""
-    text = f"`gaitlab run {sweep.experiment}`"
-    return Table(title=f"{number}{sweep.title} {sweep.symbol}", text=text, header=header, rows=body)
+    title = f"{number}{sweep.title} {sweep.symbol}, in {one.engine}"
+    text = f"`gaitlab run {one.run(sweep)}`"
+    return Table(title=title, text=text, header=header, rows=body)
 
 
 def _walked(setting: Setting) -> list[str]:
@@ -230,14 +317,15 @@ def criterion(found: Sequence[Setting]) -> str:
     )
 
 
-def verdict(sweep: NaoSweep, found: Sequence[Setting], store: Path) -> str:
+def verdict(sweep: NaoSweep, one: Walked, store: Path) -> str:
     """Whether the simulation supports the paper's choice, with its numbers, as a sentence."""
-    name = f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}"
+    name = f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}, {one.engine}"
+    found = one[sweep]
     chosen = next((s for s in found if s.value == sweep.chosen), None)
     others = [s for s in found if s.value != sweep.chosen]
     if chosen is None or not others:
-        return f"**{name}**: {not_simulated('nao', store, sweep.experiment)}"
-    gaps = judged([_gap(other, chosen) for other in others])
+        return f"**{name}**: {not_simulated('nao', store, one.run(sweep))}"
+    gaps = [one.gaps[sweep.experiment, other.value] for other in others]
     better, worse = (sum(gap.verdict == word for gap in gaps) for word in ("better", "worse"))
     stands = chosen.share >= max(s.share for s in found)
     word = "supported" if better == len(others) and stands else "not supported"
@@ -247,10 +335,16 @@ def verdict(sweep: NaoSweep, found: Sequence[Setting], store: Path) -> str:
         for other, gap in zip(others, gaps, strict=True)
     )
     walked = ", ".join(f"{s.walked} of {len(s.trials)}" for s in others)
+    open_ones = [f"{s.value:g} {sweep.unit}" for s in found if s.open]
+    doubt = (
+        f" The interval of the share that walks holds one half at {', '.join(open_ones)}."
+        if open_ones
+        else ""
+    )
     return (
         f"**{name}: {word}.** It walks in {_walked(chosen)[0]} trials ({_walked(chosen)[1]}), the "
-        f"other settings in {walked}. Its load fluctuates by {_measured(chosen)[0]}, less than "
-        f"{better} and more than {worse} of the {len(others)} others (its fluctuation less "
+        f"other settings in {walked}.{doubt} Its load fluctuates by {_measured(chosen)[0]}, less "
+        f"than {better} and more than {worse} of the {len(others)} others (its fluctuation less "
         f"theirs: {told})."
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 from collections.abc import Mapping
@@ -24,7 +25,18 @@ from gaitlab.papers.nao_effects import (
     printed_hip_pitch,
 )
 from gaitlab.papers.nao_effects import standing as standing_leg
-from gaitlab.papers.nao_sweeps import PERIOD, Setting, criterion, sweeps, table, verdict
+from gaitlab.papers.nao_sweeps import (
+    PERIOD,
+    NaoSweep,
+    Setting,
+    Walked,
+    compared,
+    criterion,
+    settings,
+    sweeps,
+    table,
+    verdict,
+)
 from gaitlab.papers.page import markdown
 from gaitlab.robots.nao import Robot
 from gaitlab.running.run_trial import run_trial
@@ -51,6 +63,13 @@ def setting(value: float, fluctuation: float, *, fell: int = 0, spread: float = 
         for seed in range(10)
     }
     return Setting(value=value, trials=trials)
+
+
+def alone(sweep: NaoSweep, found: list[Setting]) -> Walked:
+    """One sweep that one engine has walked, and nothing else."""
+    others: dict[str, list[Setting]] = {each.experiment: [] for each in (*sweeps(), PERIOD)}
+    engine = Walked(engine="MuJoCo", experiment=None, sweeps={**others, sweep.experiment: found})
+    return compared([engine])[0]
 
 
 @pytest.mark.parametrize("row", GOLDEN["planned_multibody_zmp"]["rows"])
@@ -98,7 +117,7 @@ def test_the_final_gait_is_the_gait_s_own_default_but_for_the_period() -> None:
 @pytest.mark.parametrize("sweep", [*sweeps(), PERIOD], ids=lambda sweep: sweep.experiment)
 def test_the_shipped_experiment_walks_every_setting_of_the_paper_s_table(sweep) -> None:
     experiment = load_experiment(SHIPPED / f"{sweep.experiment}.yaml")
-    assert len(experiment.seeds) == 10
+    assert len(experiment.seeds) == 40
     cells = [{sweep.path: cell.values[sweep.path]} for cell in plan(experiment).cells()]
     walked = {sweep.value_of(cell) for cell in cells}
     if sweep.table:
@@ -111,8 +130,8 @@ def test_the_shipped_experiment_walks_every_setting_of_the_paper_s_table(sweep) 
 def test_a_choice_that_fluctuates_least_and_always_walks_is_supported() -> None:
     sweep = sweeps()[0]
     found = [setting(value, 0.5 if value == sweep.chosen else 1.0) for value in sweep.values([])]
-    text = verdict(sweep, found, STORE)
-    assert text.startswith("**h = 18 mm: supported.**")
+    text = verdict(sweep, alone(sweep, found), STORE)
+    assert text.startswith("**h = 18 mm, MuJoCo: supported.**")
     assert "less than 4 and more than 0" in text
 
 
@@ -127,7 +146,27 @@ def test_a_choice_that_is_no_better_or_falls_more_is_not_supported(
         setting(value, fluctuation, fell=fell) if value == sweep.chosen else setting(value, 1.0)
         for value in sweep.values([])
     ]
-    assert verdict(sweep, found, STORE).startswith("**F = 55 mm: not supported.**")
+    text = verdict(sweep, alone(sweep, found), STORE)
+    assert text.startswith("**F = 55 mm, MuJoCo: not supported.**")
+
+
+def test_comparisons_of_all_choices_and_engines_are_one_family() -> None:
+    """The same difference that is told alone drowns among many comparisons."""
+    few = (
+        dataclasses.replace(each, trials={seed: each.trials[seed] for seed in range(7)})
+        for each in (setting(18.0, 0.5), setting(19.0, 1.0))
+    )
+    told = alone(sweeps()[0], list(few))
+    assert told.gaps["nao_bending_height", 19.0].verdict == "better"
+    both = compared([told] * 8)
+    assert all(one.gaps["nao_bending_height", 19.0].verdict == "cannot tell" for one in both)
+
+
+def test_a_share_whose_interval_holds_one_half_is_named() -> None:
+    sweep = sweeps()[0]
+    found = [setting(v, 1.0, fell=5 if v == 20.0 else 0) for v in sweep.values([])]
+    assert [one.value for one in found if one.open] == [20.0]
+    assert "holds one half at 20 mm" in verdict(sweep, alone(sweep, found), STORE)
 
 
 def test_the_criterion_is_counted_over_trials_once_each() -> None:
@@ -140,7 +179,8 @@ def test_the_criterion_is_counted_over_trials_once_each() -> None:
 
 def test_a_table_shows_a_row_a_setting_with_its_interval() -> None:
     sweep = sweeps()[2]
-    shown = table(sweep, [setting(value, 1.0, fell=1) for value in sweep.values([])])
+    found = [setting(value, 1.0, fell=1) for value in sweep.values([])]
+    shown = table(sweep, alone(sweep, found))
     assert [row[0].split()[0] for row in shown.rows] == ["80", "90", "100", "110", "120"]
     assert shown.rows[0][1:3] == ["9 of 10", "60 to 98 %"]
     assert all(len(row) == len(shown.header) for row in shown.rows)
@@ -161,18 +201,25 @@ def test_without_a_store_the_page_says_what_to_run_and_still_shows_all_that_is_c
 
 @pytest.mark.long
 def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
-    """Five settings are really walked, one seed and one cycle each."""
-    tiny = ["horizon.cycles=1.0"]
-    short = load_experiment(SHIPPED / "nao_frontal_shift.yaml", settings=tiny, seeds=1)
-    experiment = replace(short, form="")  # as if the file itself said so
-    store, planned = Store(tmp_path / "store"), list(plan(experiment).trials())
-    store.register(experiment, planned)
-    for item in planned:
-        run_trial(item.trial.id, item.trial.to_dict(), store.path)
+    """Settings are really walked in both engines, one seed and one cycle each."""
+    store = Store(tmp_path / "store")
+    for name in ("nao_frontal_shift", "nao_confirmed"):
+        short = load_experiment(SHIPPED / f"{name}.yaml", ["horizon.cycles=1.0"], seeds=1)
+        experiment = replace(short, form="")  # as if the file itself said so
+        planned = list(plan(experiment).trials())
+        store.register(experiment, planned)
+        for item in planned:
+            if name == "nao_frontal_shift" or item.trial.gait.hip_height == 0.23009:
+                run_trial(item.trial.id, item.trial.to_dict(), store.path)
     page = audit(store.path)
-    shown = next(one for one in page.tables if one.title.startswith("Table 4"))
-    assert [row[0].split()[0] for row in shown.rows] == ["59", "57", "55", "53", "51"]
-    assert all(row[1].endswith("of 1") for row in shown.rows)
+    shown = [one for one in page.tables if one.title.startswith("Table 4")]
+    assert len(shown) == 2
+    for one in shown:
+        assert [row[0].split()[0] for row in one.rows] == ["59", "57", "55", "53", "51"]
+        assert all(row[1].endswith("of 1") for row in one.rows)
+    for sweep in sweeps():  # what varies one thing at a time is no setting of another sweep
+        confirmed = settings(sweep, store.path, "nao_confirmed")
+        assert len(confirmed) == (1 if sweep.symbol == "h" else 5)
     assert [picture.name for picture in page.pictures] == ["chart_3", "chart_4"]
     for picture in page.pictures:
         picture.draw(tmp_path, picture.name)
