@@ -256,7 +256,7 @@ def meets(base: Trial, seeds: int, scales: dict[str, float]) -> Fit:
 
 def grounds(base: Trial, points: int, seeds: int, seed: int) -> Iterator[str]:
     """Lines of all points of the three scales, the best last."""
-    unit = qmc.Sobol(len(SCALES), rng=seed).random(points)
+    unit = qmc.Sobol(len(SCALES), rng=seed).random_base2((points - 1).bit_length())[:points]
     low, high = np.log(np.array(list(SCALES.values()))).T
     drawn = np.exp(qmc.scale(unit, low, high))
     asked = [dict(zip(SCALES, map(float, np.round(each, 3)), strict=True)) for each in drawn]
