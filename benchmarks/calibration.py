@@ -17,8 +17,8 @@ wins, then as before.
 
 `grounds` walks the forward rows of Table 7 alone, with the gait that was found, at points that fill
 the box of the three scales, then near the best two; the number of cells with the printed verdict
-decides, between equals the mean squared error of the stable share, and of the best four what they do
-with twice as many other seeds. No prediction uses the seeds of any of the three.
+decides, between equals the mean squared error of the stable share, and of the best four what they
+do with twice as many other seeds. No prediction uses the seeds of any of the three.
 """
 
 from __future__ import annotations
