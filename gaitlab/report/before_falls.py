@@ -373,9 +373,7 @@ class Firmness:
 
 def firmness(trial: Trial, log: TrialLog) -> Firmness:
     """What a trial's ground gives its robot; the log says how high its CoM stands."""
-    row = round(STANDING / log.header.dt)
-    height = float(log["com_z"][row] - log.per_foot("z")[row].mean())
-    sole, weight = trial.robot.sole, log.header.weight
+    sole, weight, height = trial.robot.sole, log.header.weight, standing_height(log)
     pitch, roll = (
         tipping_ratio(
             trial.surface, sole, weight=weight, com_height=height, support=sole.kind, axis=axis
@@ -384,6 +382,12 @@ def firmness(trial: Trial, log: TrialLog) -> Firmness:
     )
     rest = settled(trial.surface, sole, weight)
     return Firmness(sink=rest.sink, stiffness=rest.stiffness, tipping=(pitch, roll))
+
+
+def standing_height(log: TrialLog) -> float:
+    """Height of the CoM over the soles as the robot stands, in [m]."""
+    row = round(STANDING / log.header.dt)
+    return float(log["com_z"][row] - log.per_foot("z")[row].mean())
 
 
 def firmness_table(grounds: Mapping[str, Firmness], fell: Mapping[str, str], what: str) -> str:

@@ -3,7 +3,8 @@
 A Gaussian process stands for the response over the box (`surrogate`), and Sobol' indices are those
 of its mean [Marrel2009]: the first-order index of a quantity is the share of the response's
 variance over the box that it explains alone, the total index the share that would be left if all
-others were known [Saltelli2010]. Of a response that no model predicts better than its mean there is no index.
+others were known [Saltelli2010]. Of a response that no model predicts better than its mean there is
+no index.
 
 References:
     Marrel2009: A. Marrel, B. Iooss, B. Laurent, O. Roustant, Calculations of Sobol indices for the

@@ -73,7 +73,7 @@ class Judged(NamedTuple):
         return self.ours.verdict(score) == self.printed
 
 
-class Side(NamedTuple):
+class AnswerColumn(NamedTuple):
     """What is set beside the printed tables in one column: one answer a table."""
 
     label: str
@@ -103,7 +103,7 @@ def answers(
     return sorted(found, key=lambda answer: answer.table.name)
 
 
-def sides(found: Sequence[Answer]) -> list[Side]:
+def sides(found: Sequence[Answer]) -> list[AnswerColumn]:
     """The answers in columns, those of one engine together, and of each no two to one table.
 
     A column is called by its engine; where two have the same, by its members.
@@ -123,7 +123,7 @@ def sides(found: Sequence[Answer]) -> list[Side]:
             column.append(answer)
     engines = [column[0].engine for column in columns]
     return [
-        Side(
+        AnswerColumn(
             column[0].engine
             if column[0].engine and engines.count(column[0].engine) == 1
             else " and ".join(dict.fromkeys(_called(answer, found) for answer in column)),

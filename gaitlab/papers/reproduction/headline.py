@@ -20,10 +20,10 @@ from gaitlab.experiment.experiment import ENGINE
 from gaitlab.experiment.reference import ReferenceTable
 from gaitlab.papers.reproduction.answers import (
     Answer,
+    AnswerColumn,
     Calibrated,
     Judged,
     Limits,
-    Side,
     agreement,
     always_stable,
     best_constant,
@@ -65,7 +65,7 @@ ABOVE = 1.15  # in, of titles and labels
 class Scored(NamedTuple):
     """A column of the page: what stands beside the printed tables, cell by cell."""
 
-    side: Side
+    side: AnswerColumn
     cells: tuple[Judged, ...]
 
 
