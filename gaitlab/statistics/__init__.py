@@ -48,6 +48,7 @@ from gaitlab.statistics.sensitivity import (
     linear_effects,
     sign_shares,
 )
+from gaitlab.statistics.threshold import HalfPoint, half_point
 
 __all__ = [
     "MOST_SEEDS",
@@ -56,6 +57,7 @@ __all__ = [
     "Alternative",
     "Contrast",
     "Count",
+    "HalfPoint",
     "Interval",
     "Key",
     "LinearEffect",
@@ -73,6 +75,7 @@ __all__ = [
     "distance_difference",
     "efficiency",
     "fewest_points",
+    "half_point",
     "holm",
     "judged",
     "linear_effects",
