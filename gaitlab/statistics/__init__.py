@@ -49,6 +49,7 @@ from gaitlab.statistics.sensitivity import (
     sensitivity_of,
     sign_shares,
 )
+from gaitlab.statistics.threshold import HalfPoint, half_point
 
 __all__ = [
     "MOST_SEEDS",
@@ -58,6 +59,7 @@ __all__ = [
     "Contrast",
     "Count",
     "Estimate",
+    "HalfPoint",
     "Interval",
     "Key",
     "Match",
@@ -75,6 +77,7 @@ __all__ = [
     "distance_difference",
     "efficiency",
     "fewest_points",
+    "half_point",
     "holm",
     "judged",
     "match",
