@@ -293,7 +293,6 @@ class LoadedExperiment:
         """
         from gaitlab.papers.reproduction import sweep_page, write_reproduction
         from gaitlab.report import write_report
-        from gaitlab.report.study.page import write_study_report
 
         if format not in ("md", "html"):
             _refuse(f"format {format!r}: allowed is md or html")
@@ -304,6 +303,8 @@ class LoadedExperiment:
         if sweep is not None:
             return write_reproduction(sweep, results, folder, **form)
         if any(experiment.study for experiment in asked):
+            from gaitlab.report.study.page import write_study_report  # loads all of Optuna
+
             return write_study_report(asked, results, folder, storage=storage, **form)
         return write_report(asked, results, folder, **form)
 

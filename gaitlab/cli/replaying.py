@@ -229,7 +229,8 @@ def view(
     results = Store(store)
     name = experiment or _newest(results)
     if is_reproduction(name):
-        from gaitlab.papers.reproduction import load_reproduction, view_reproduction
+        from gaitlab.papers.reproduction import load_reproduction
+        from gaitlab.papers.reproduction.view import view_reproduction
 
         with other_output_on_stderr(), steps():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
