@@ -21,7 +21,9 @@ package are no part of this and may change; what stands here does not without a 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -118,7 +120,8 @@ class LoadedExperiment:
         jobs: int | None = None,
         shard: str | Shard | None = None,
         retry_failed: bool = False,
-        progress: Progress | None = None,
+        progress: Progress | bool | None = None,
+        dask: str | None = None,
         cluster: Cluster | None = None,
     ) -> Summary:
         """Simulate the trials that the store does not hold yet; safe to stop at any time.
@@ -128,14 +131,17 @@ class LoadedExperiment:
             jobs: Worker processes, by default one a core; 0 runs every trial in this process.
             shard: `"1/4"` for the first of four shares of the experiment.
             retry_failed: Run trials again that failed before.
-            progress: Is called as trials start and end.
-            cluster: Has the workers, instead of `jobs`; see `gaitlab.running.executor`.
+            progress: Is called as trials start and end. By default a terminal has a bar, a
+                notebook a line now and then, and nobody else is told; False tells nobody.
+            dask: `"local"`, the address of a scheduler, `"slurm"`, or a .yaml file for SLURM: has
+                the workers, as `--dask` says.
+            cluster: Has the workers, started before; see `gaitlab.running.executor`.
 
         Returns:
             What was planned, found, done, infeasible and failed. An interrupted run says so.
 
         Raises:
-            UsageError: If this is a study, or there is no such shard.
+            UsageError: If this is a study, or there is no such shard or cluster.
             NoEngine: If an engine that it asks for is not installed.
             StoreError: If another run is at the same, or the store cannot be written.
             KeyboardInterrupt: At the second Ctrl-C; at the first, running trials end.
@@ -145,15 +151,16 @@ class LoadedExperiment:
         from gaitlab.store import Shard
 
         refuse_study(self.experiment)
-        return dispatch(
-            self.experiment,
-            _store(store),
-            jobs=_workers(jobs),
-            shard=Shard.of(shard) if isinstance(shard, str) else shard,
-            retry_failed=retry_failed,
-            progress=progress,
-            cluster=cluster,
-        )
+        with _workers_of(dask, cluster, jobs) as (there, workers):
+            return dispatch(
+                self.experiment,
+                _store(store),
+                jobs=workers,
+                shard=Shard.of(shard) if isinstance(shard, str) else shard,
+                retry_failed=retry_failed,
+                progress=_progress(progress),
+                cluster=there,
+            )
 
     def optimize(
         self,
@@ -164,6 +171,7 @@ class LoadedExperiment:
         baseline: Literal["random"] | None = None,
         validation: bool = True,
         callback: SearchCallback | None = None,
+        dask: str | None = None,
         cluster: Cluster | None = None,
     ) -> SearchResult:
         """Search a study for the parameters that walk best, and check the winner.
@@ -176,7 +184,8 @@ class LoadedExperiment:
             validation: Whether to hold the final and walk the winner on fresh seeds, on other
                 grounds and around its values, as `report` tells.
             callback: Is called as the search goes on.
-            cluster: Has the workers, instead of `jobs`.
+            dask: Has the workers, as of `run`.
+            cluster: Has the workers, started before.
 
         Returns:
             The finished candidates, `history`, and why the search ended.
@@ -192,22 +201,23 @@ class LoadedExperiment:
 
         if baseline not in (None, "random"):
             _refuse(f"baseline {baseline!r}: allowed is random, or nothing")
-        results, workers = _store(store), _workers(jobs)
+        results = _store(store)
         wanted = random_sibling(self.experiment) if baseline else self.experiment
-        result = optimize(
-            *(wanted, results),
-            jobs=workers,
-            storage=storage,
-            callback=callback,
-            cluster=cluster,
-        )
-        if not (validation and result.over):
-            return result
-        run = running(results, workers, others=storage is not None, cluster=cluster)
-        history, whole = hold_final(result.history, results, run)
-        if whole:
-            validate(history, results, run, around=not baseline)
-        return result.with_history(history)
+        with _workers_of(dask, cluster, jobs) as (there, workers):
+            result = optimize(
+                *(wanted, results),
+                jobs=workers,
+                storage=storage,
+                callback=callback,
+                cluster=there,
+            )
+            if not (validation and result.over):
+                return result
+            run = running(results, workers, others=storage is not None, cluster=there)
+            history, whole = hold_final(result.history, results, run)
+            if whole:
+                validate(history, results, run, around=not baseline)
+            return result.with_history(history)
 
     def trials(self, store: StorePlace = None) -> pd.DataFrame:
         """What became of its trials, as far as they were run: a row each, in the plan's order.
@@ -293,7 +303,6 @@ class LoadedExperiment:
         """
         from gaitlab.papers.reproduction import sweep_page, write_reproduction
         from gaitlab.report import write_report
-        from gaitlab.report.study.page import write_study_report
 
         if format not in ("md", "html"):
             _refuse(f"format {format!r}: allowed is md or html")
@@ -304,6 +313,8 @@ class LoadedExperiment:
         if sweep is not None:
             return write_reproduction(sweep, results, folder, **form)
         if any(experiment.study for experiment in asked):
+            from gaitlab.report.study.page import write_study_report  # loads all of Optuna
+
             return write_study_report(asked, results, folder, storage=storage, **form)
         return write_report(asked, results, folder, **form)
 
@@ -481,6 +492,35 @@ def _workers(jobs: int | None) -> int:
     if jobs is not None and jobs < 0:
         _refuse(f"jobs {jobs}: allowed is 0, which is this process, or a number of processes")
     return processors() if jobs is None else jobs
+
+
+@contextmanager
+def _workers_of(
+    dask: str | None, cluster: Cluster | None, jobs: int | None
+) -> Iterator[tuple[Cluster | None, int]]:
+    """The cluster that was given or is asked for, ended with the block, and its workers."""
+    if dask is None:
+        yield cluster, _workers(jobs)
+        return
+    if cluster is not None:
+        _refuse("dask and cluster: both name the workers; give one of them")
+    if dask != "local" and jobs is not None:
+        _refuse(f"jobs {jobs}: with dask {dask!r} the cluster has as many workers as it has")
+    from gaitlab.running.dask_cluster import DaskCluster
+
+    with DaskCluster(dask, jobs=max(1, _workers(jobs)), shared=True) as started:
+        yield started, started.workers
+
+
+def _progress(asked: Progress | bool | None) -> Progress | None:
+    """Who is told of a run; by default whoever looks at a terminal or a notebook."""
+    if not isinstance(asked, bool) and asked is not None:
+        return asked
+    from gaitlab.cli.progress import Lines, moving_terminal, progress
+
+    if asked is None and "ipykernel" in sys.modules:
+        return Lines()
+    return progress() if asked or (asked is None and moving_terminal()) else None
 
 
 def _refuse(message: str) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import pty
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -203,7 +205,10 @@ def test_what_is_wrong_is_an_error_of_gaitlab(tmp_path: Path) -> None:
     with pytest.raises(UsageError):
         gaitlab.load("eros_quick").optimize(tmp_path, jobs=0)
     loaded = gaitlab.load("eros_quick")
-    for wrong in ({"jobs": -1}, {"shard": "5/4"}, {"shard": "half"}):
+    for wrong in (
+        *({"jobs": -1}, {"shard": "5/4"}, {"shard": "half"}),
+        *({"dask": "local", "cluster": object()}, {"dask": "slurm", "jobs": 2}, {"dask": "some"}),
+    ):
         with pytest.raises(UsageError):
             loaded.run(tmp_path, **wrong)  # type: ignore[arg-type]
     with pytest.raises(UsageError):
@@ -241,6 +246,35 @@ def test_a_script_without_ceremony_runs_trials_in_worker_processes(tmp_path: Pat
         check=True,
     )
     assert done.stdout.split() == ["4"], "the script ran once, its workers did not run it again"
+
+
+SHOWN = """
+import gaitlab
+gaitlab.load("./tiny.yaml").run(jobs=0{more})
+"""
+
+
+@pytest.mark.parametrize(
+    ("terminal", "more"), [(True, ""), (True, ", progress=False"), (False, "")]
+)
+def test_a_terminal_is_shown_how_far_a_run_is(walked: Path, terminal: bool, more: str) -> None:
+    ours, theirs = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", SHOWN.format(more=more)],
+        stdout=subprocess.DEVNULL,
+        stderr=theirs if terminal else subprocess.PIPE,
+        cwd=walked,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"},
+        timeout=300,
+        check=True,
+    )
+    os.close(theirs)
+    shown = b""
+    with suppress(OSError):  # the end of a terminal
+        while part := os.read(ours, 1 << 16):
+            shown += part
+    os.close(ours)
+    assert bool(shown or done.stderr) is (terminal and not more)
 
 
 def test_importing_gaitlab_loads_nothing_else_of_it() -> None:

@@ -19,8 +19,10 @@ from gaitlab.log import GRAVITY
 from gaitlab.metrics import measure
 from gaitlab.model import LinkPoses
 from gaitlab.model.clearance import (
+    _commanded_gaps,
     _separation,
     _smallest_gap,
+    legs_beside,
     legs_gap,
     links_apart,
     lower_legs,
@@ -290,3 +292,15 @@ def test_no_walk_of_the_quick_experiment_reaches_an_overlap(surface: str) -> Non
 def test_every_shipped_robot_walks_with_its_legs_apart(name: str) -> None:
     trial = replace(ROBOTS[name], horizon=replace(ROBOTS[name].horizon, cycles=1.0))
     assert measure(simulate(trial))["feet_gap"] > -5e-4
+
+
+@settings(max_examples=60)
+@given(
+    pose=st.lists(st.floats(-0.4, 0.4), min_size=40, max_size=40),
+    name=st.sampled_from(list(ROBOTS)),
+)
+def test_legs_that_a_plane_parts_do_not_overlap(pose: list[float], name: str) -> None:
+    robot = ROBOTS[name].robot
+    joints = np.resize(np.array(pose), len(robot.tree.joints))
+    if legs_beside(robot, joints):
+        assert _commanded_gaps(robot, joints[None])[0] >= 0.0

@@ -17,7 +17,7 @@ from rich.console import Console
 
 from gaitlab.cli import run_command_line
 from gaitlab.cli.progress import COUNTS, Bar, Lines, Messages, progress, steps, trial_text
-from gaitlab.documents.steps import step
+from gaitlab.documents.steps import expect, heard, step
 from gaitlab.running import Ended, Progress, Started, Summary, dispatch
 from gaitlab.store import Store
 from tests.pretended import experiment, pretend, pretend_well
@@ -269,4 +269,15 @@ def test_steps_are_said_at_once_and_then_now_and_then(capsys: pytest.CaptureFixt
         for name in ("reading", "comparing", "drawing", "writing"):
             step(name)
     step("alone")  # nobody listens
-    assert capsys.readouterr().err.splitlines() == ["reading", "drawing"]
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(" ")[0] for line in said] == ["reading", "drawing"]
+    assert "2 of 3" in said[1]  # begun: reading, comparing, drawing
+
+
+def test_steps_count_what_ended_of_all_that_are_expected() -> None:
+    told: list[tuple[str, int, int]] = []
+    with heard(lambda *step: told.append(step)):
+        expect(3)
+        for name in ("reading", "drawing", "drawing", "writing", "unexpected"):
+            step(name)
+    assert told == [("reading", 0, 3), ("drawing", 1, 3), ("writing", 2, 3), ("unexpected", 3, 4)]

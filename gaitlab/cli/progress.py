@@ -14,7 +14,13 @@ from contextlib import contextmanager, suppress
 
 from rich.console import Console, Group
 from rich.live import Live
-from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
 from rich.progress import Progress as Moving
 from rich.progress_bar import ProgressBar
 from rich.table import Table
@@ -151,19 +157,27 @@ def steps(clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
     if console is None:
         said = -SILENT
 
-        def tell_step(text: str) -> None:
+        def tell_step(text: str, done: int, expected: int) -> None:
             nonlocal said
             if clock() - said >= SILENT:
+                far = f" ({done} of {expected} steps done)" if done else ""
                 said = clock()
-                tell(text)
+                tell(f"{text}{far}")
 
         with heard(tell_step):
             yield
         return
-    columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    columns = (
+        *(SpinnerColumn(), BarColumn(), MofNCompleteColumn()),
+        *(TextColumn("{task.description}"), TimeElapsedColumn()),
+    )
     with Moving(*columns, console=console, transient=True) as moving:
         task = moving.add_task("starting", total=None)
-        with heard(lambda text: moving.update(task, description=visible(text))):
+
+        def show_step(text: str, done: int, expected: int) -> None:
+            moving.update(task, description=visible(text), completed=done, total=expected)
+
+        with heard(show_step):
             yield
 
 

@@ -229,7 +229,8 @@ def view(
     results = Store(store)
     name = experiment or _newest(results)
     if is_reproduction(name):
-        from gaitlab.papers.reproduction import load_reproduction, view_reproduction
+        from gaitlab.papers.reproduction import load_reproduction
+        from gaitlab.papers.reproduction.view import view_reproduction
 
         with other_output_on_stderr(), steps():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
@@ -320,6 +321,8 @@ def export(
     Example:
       gaitlab export eros_quick/grass_50mm/worst --to mcap
     """
+    from gaitlab.cli.progress import steps
+    from gaitlab.documents.steps import expect, step
     from gaitlab.render.export import ExportedTrial, write_export
     from gaitlab.render.export.export import require_library
     from gaitlab.store import Store
@@ -329,10 +332,13 @@ def export(
     require_library(wanted)
     results = Store(store)
     name = trial_at(results, trial)
-    with other_output_on_stderr():
+    with other_output_on_stderr(), steps():
+        expect(2)
+        step(f"reading trial {name[:8]}")
         record = results.record(name)
         given = trial_of(results, record, allow_code=allow_code)
         shown = ExportedTrial(record=record, trial=given, log=results.log(name))
+        step(f"writing {wanted}")
         files = write_export(shown, wanted, output, force=force)
     tell(f"trial {name[:8]}: {size(sum(file.stat().st_size for file in files))}")
     say("\n".join(str(file) for file in files))

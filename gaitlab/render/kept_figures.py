@@ -57,8 +57,8 @@ def draw(folder: Path, name: str, shown: object, make: Callable[[], Figure]) -> 
         The picture, `name`.png.
     """
     key, files = key_of(name, shown), [f"{name}{suffix}" for suffix in suffixes()]
+    step(f"drawing {name}")
     if not _taken(folder, name, key, files):
-        step(f"drawing {name}")
         save(make(), folder, name)
     _remember(folder, name, {"key": key, "files": {file: _digest(folder / file) for file in files}})
     return folder / f"{name}.png"

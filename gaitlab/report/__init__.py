@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from gaitlab.documents.steps import step
+from gaitlab.documents.steps import expect, step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.report.forms import REPORTS, publish
@@ -57,6 +57,7 @@ def write_report(
         raise UsageError("a report needs at least one experiment; `gaitlab list experiments`")
     for experiment in experiments:
         store.require_one_file(experiment)
+    expect(1)
     step(f"reading the trials of {' and '.join(e.listed_as for e in experiments)}")
     results = gather(experiments, store)
     folder = output or REPORTS / "+".join(one.listed_as for one in experiments)

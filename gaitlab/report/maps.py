@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from gaitlab.documents.steps import expect
 from gaitlab.render.figure_style import (
     DARK,
     FAINT,
@@ -232,8 +233,9 @@ def _square(cell: ScoredCell, printed: bool | None) -> Square:
 def pair_maps(results: Results, folder: Path) -> str:
     """The section with maps over pairs of parameters; empty when the tables show all there is."""
     asked = [pair for pair in results.maps if set(pair) <= set(results.trials.columns)]
-    blocks = []
-    for k, (rows, columns) in enumerate(asked or _chosen(results), start=1):
+    blocks, pairs = [], asked or list(_chosen(results))
+    expect(len(pairs))
+    for k, (rows, columns) in enumerate(pairs, start=1):
         name = f"map_{k}"
         grid = _pooled(results, rows, columns)
         label = "" if columns == "surface" else axis_text(results, columns)

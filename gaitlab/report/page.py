@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from gaitlab.documents.steps import step
+from gaitlab.documents.steps import expect, step
 from gaitlab.report.agreement import agreement, agreement_blocks, agreement_sentence
 from gaitlab.report.cells import (
     CELLS,
@@ -43,6 +43,7 @@ from gaitlab.report.scores import SCORED, fell_standing, truth
 from gaitlab.report.words import plural
 from gaitlab.statistics import MOST_SEEDS, Contrast
 
+USUAL_FIGURES = 6  # the cells, two strips, balance, feet and joints; maps come on top
 MOST_SENTENCES = 3  # below the picture
 FEWEST_SEEDS = 6  # of fewer no number of seeds that would tell is known
 USUAL_SEEDS = 10  # a cell, of the papers
@@ -77,6 +78,7 @@ class Sources:
 
 def write_page(results: Results, sources: Sources, folder: Path) -> Path:
     """Write README.md, details.md and their figures into a folder; returns README.md."""
+    expect(1 + USUAL_FIGURES)
     step(f"comparing {plural(len(results.trials), 'trial')}")
     compared = compared_variants(results), compared_grounds(results)
     folder.mkdir(parents=True, exist_ok=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from gaitlab.documents.outputs import refuse_other
-from gaitlab.documents.steps import step
+from gaitlab.documents.steps import expect, step
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment, candidate
 from gaitlab.render import Recorded, clip_of
@@ -108,6 +108,7 @@ def write_view(
         for column in results.column_values
     }
     shown = [item for items in chosen.values() for item in items]
+    expect(len({item.trial_id for item in shown}))
     links = {item.trial_id: FILE + address(item.trial_id) for item in shown}
     if experiment.study is None:
         page = write_report([experiment], store, folder, html=True, force=force, replays=links)
@@ -115,7 +116,6 @@ def write_view(
         page = write_study_report(
             [experiment], store, folder, storage=storage, html=True, force=force, replays=links
         )
-    step("writing walks in 3-D")
     write_replay_page(
         _replays(results, shown),
         folder / FILE,
@@ -180,7 +180,8 @@ def _chosen(results: Results, variant: Variant, row: Value, column: Value) -> It
 def _replays(results: Results, chosen: Sequence[_Chosen]) -> Iterator[Replay]:
     """The walks one after another, each trial once; a long one has fewer instants a second."""
     once = {item.trial_id: item for item in reversed(chosen)}
-    for name, item in reversed(once.items()):
+    for number, (name, item) in enumerate(reversed(once.items()), start=1):
+        step(f"walk {number} of {len(once)}")
         shown = Recorded(name, results.trial(name), results.log(name), item.place)
         clip = clip_of([shown.log])
         most = MOST_INSTANTS / len(once) / max(clip.end - clip.begin, 1.0)

@@ -9,12 +9,10 @@ sweep found.
 
 from gaitlab.papers.reproduction.document import Reproduction, load_reproduction, sweep_page
 from gaitlab.papers.reproduction.page import write_reproduction
-from gaitlab.papers.reproduction.view import view_reproduction
 
 __all__ = [
     "Reproduction",
     "load_reproduction",
     "sweep_page",
-    "view_reproduction",
     "write_reproduction",
 ]

@@ -11,6 +11,7 @@ from typing import cast
 
 import pandas as pd
 
+from gaitlab.documents.steps import expect, step
 from gaitlab.errors import NothingRun
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.shell import called, command, store_option
@@ -83,7 +84,9 @@ def write_reproduction(
 def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:
     """Results of every member of which anything was run."""
     found = {}
+    expect(len(reproduction.members) + len(reproduction.sections))
     for member in reproduction.members:
+        step(f"reading the trials of {member.name}")
         try:
             found[member.name] = _gathered(member, reproduction.filed.get(member.name), store)
         except NothingRun:
@@ -213,6 +216,7 @@ def _lacking(name: str, context: Context) -> Iterator[str]:
 
 def _section(each: Section, context: Context) -> str:
     """A heading, the file's own words and what the section's kind makes of its members."""
+    step(f"writing {each.title}")
     here = tuple(name for name in each.experiments if name in context.results)
     absent = [escape(name) for name in each.experiments if name not in here]
     note = f"Without {' and '.join(absent)}, of which nothing was run." if absent else ""

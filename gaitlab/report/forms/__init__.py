@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gaitlab.documents.outputs import published
-from gaitlab.documents.steps import step
+from gaitlab.documents.steps import expect, step
 from gaitlab.render.figure_style import vector_figures
 from gaitlab.render.kept_figures import figures_before
 from gaitlab.report.forms.explorer import Explorer
@@ -52,6 +52,7 @@ def publish(
         vector_figures(html or tables),
         figures_before(folder),
     ):
+        expect(tables + html)
         page = write(place)
         if tables:
             step("writing tables")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from gaitlab.documents.steps import step
+from gaitlab.documents.steps import expect, step
 from gaitlab.errors import UsageError
 from gaitlab.experiment import Experiment
 from gaitlab.experiment.shell import store_option
@@ -84,6 +84,7 @@ def write_study_report(
             f"{' and '.join(plain)}: no study, and studies are reported apart from experiments; "
             "give `gaitlab report` either only studies or only experiments"
         )
+    expect(1 + 3 * len(experiments))  # figures of a study: margins, grounds, the search
     step(f"reading the candidates of {' and '.join(one.name for one in experiments)}")
     found = [findings_of(one, store, storage) for one in experiments]
     folder = output or REPORTS / "+".join(one.name for one in experiments)
