@@ -52,7 +52,7 @@ from gaitlab.report.agreement import Agreement, agreement_sentence
 from gaitlab.report.agreement import agreement as engines_agreement
 from gaitlab.report.markdown import escape, image, table
 from gaitlab.report.matching import Matched, matched
-from gaitlab.report.words import interval, percent, share
+from gaitlab.report.words import interval, percent, plural, share
 from gaitlab.statistics import Count, wilson
 
 SHOWN_CLAIMS = ("stated in the text", "counted, all 10 rows")
@@ -158,7 +158,8 @@ def _score_row(name: str, columns: Sequence[Scored], wanted: Callable[[Judged], 
 def _seeds(one: Scored) -> str:
     """Seeds a cell of a column."""
     least, most = min(c.ours.n for c in one.cells), max(c.ours.n for c in one.cells)
-    return f", {most if least == most else f'{least} to {most}'} seeds a cell"
+    count = plural(most, "seed")
+    return f", {count if least == most else f'{least} to {count}'} a cell"
 
 
 def efficiency_table(columns: Sequence[Scored]) -> str:

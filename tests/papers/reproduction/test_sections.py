@@ -21,6 +21,7 @@ from gaitlab.papers.reproduction.headline import (
     scored,
 )
 from gaitlab.papers.reproduction.page import first_page, second_page
+from gaitlab.papers.reproduction.sections.agreement import agreement_section
 from gaitlab.papers.reproduction.sections.pitch import pitch_section, published_settings
 from gaitlab.papers.reproduction.sections.tables import tables_section
 from gaitlab.papers.reproduction.sections.variants import variants_section
@@ -132,6 +133,7 @@ def test_cells_out_of_reach_are_counted_as_unstable(tmp_path: Path) -> None:
     text = tables_section(section("tables", "a"), context(whole, tmp_path))
     assert "S = U" not in text
     assert cells(text, "forward 24")[5] == "U = U 0/4 out of reach"
+    text = agreement_section(section("agreement", "a"), context(whole, tmp_path))
     assert [cell[:4] for cell in cells(text, "**bullet, all rows**")[1:3]] == ["50 %", "78 %"]
 
 
@@ -195,7 +197,8 @@ def test_a_cell_that_differs_is_marked_without_colour(tmp_path: Path) -> None:
 
 
 def test_the_papers_efficiencies_stand_beside_ours(tmp_path: Path) -> None:
-    text = tables_section(section("tables", "a"), context({"a": printed_results()}, tmp_path))
+    given = context({"a": printed_results()}, tmp_path)
+    text = agreement_section(section("agreement", "a"), given)
     assert cells(text, "paper, stated in the text")[1:] == ["32 %", "80 %", "+48"]
     assert cells(text, "**bullet, all rows**")[1].startswith("50 %")
     assert cells(text, "**bullet, forward rows**")[2].startswith("82 %")

@@ -206,11 +206,10 @@ def _effects(
     labels = [names[j].replace(", ", "\n", 1) for j in order]
     panels = {title: [effects[j] for j in order] for title, effects in shown.items()}
     save(index_dots(panels, labels), context.folder, file)
-    tables = (_table(title, effects, names, order) for title, effects in shown.items())
     return [
         told,
         image("First-order and total index of every quantity", f"{file}.png"),
-        details("Every index, and how they are found", *tables, METHOD),
+        details("Every index, and how they are found", _table(shown, names, order), METHOD),
     ]
 
 
@@ -249,24 +248,27 @@ def _told(title: str, fit: Sensitivity, names: Sequence[str]) -> str:
 
 
 def _table(
-    title: str, effects: Sequence[QuantityEffect], names: Sequence[str], order: Sequence[int]
+    shown: Mapping[str, Sequence[QuantityEffect]], names: Sequence[str], order: Sequence[int]
 ) -> str:
+    """One row a quantity, three columns for each response that has a model."""
     rows = [
         [
             escape(names[j]),
-            _index(effects[j].first),
-            _index(effects[j].total),
-            f"{100.0 * effects[j].change.value:+.0f} {_points(effects[j].change.interval)}",
+            *(
+                text
+                for effects in shown.values()
+                for text in (
+                    _index(effects[j].first),
+                    _index(effects[j].total),
+                    f"{100.0 * effects[j].change.value:+.0f} {_points(effects[j].change.interval)}",
+                )
+            ),
         ]
         for j in order
     ]
-    head = [
-        f"{escape(title)}: quantity, low to high",
-        "first-order",
-        "total",
-        "low to high [points]",
-    ]
-    return table(head, rows, "l")
+    words = ("first-order", "total", "low to high [points]")
+    head = [f"{escape(title)}: {word}" for title in shown for word in words]
+    return table(["quantity", *head], rows, "l")
 
 
 def _index(found: Estimate) -> str:
