@@ -165,6 +165,7 @@ def show(
     Example:
       gaitlab show grass_50mm
     """
+    from gaitlab.model.settings import SETTINGS
     from gaitlab.plugins import KINDS, names, nearest
     from gaitlab.store import Store
     from gaitlab.store.addresses import is_address, trial_at
@@ -176,6 +177,10 @@ def show(
         say("\n\n".join(texts))
         return 0
     results = Store(store)
+    if name in SETTINGS:
+        section = SETTINGS[name]
+        say(f"section {name} of an experiment\n{_parameters_text(section, section())}")
+        return 0
     if is_address(results, name):
         say(trial_text(results.record(trial_at(results, name))))
         return 0

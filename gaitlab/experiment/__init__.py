@@ -20,7 +20,8 @@ Plan; nothing here simulates, searches or writes a page. SI units and radians th
     servo: {type: mx_28, supply: 11.1}   set on every servo; `type` replaces the robot's choice
     grid:                           every combination of
       gait.step_length: [0.0, 0.02]     lists under dotted paths that start with gait., surface.,
-      robot.sole.kind: [flat, studs]    balance., servo., robot., engine., horizon. or spread.
+      robot.sole.kind: [flat, studs]    balance., servo., robot., engine., horizon.,
+      push.impulse: [0.5, 1.0]          spread., slope. or push.
       balance.type: [none, ankle_hip]   without and with the controller of `balance:`
     zip:                            lists that move together; several such mappings as a list
       gait.heel_strike: [none, add]
@@ -35,6 +36,8 @@ Plan; nothing here simulates, searches or writes a page. SI units and radians th
     horizon: {cycles: 9, distance: 6.0, time: 60.0}     whichever comes first
     engine: {dt: 0.002}
     spread: {friction: 0.1}         how much the replicates differ
+    slope: {pitch: 3}               degrees by which the ground rises ahead; roll: to the left
+    push: {impulse: 1.0, direction: 90, cycle: 3, instant: 0.25}    N s, degrees to the left
     log: {every: 1}
     report: {rows: gait.step_length, columns: surface, variants: [...], compare: eros_table7,
              distance_reading: foot_travel, title: text,

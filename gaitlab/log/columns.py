@@ -1,7 +1,8 @@
 """The columns of a trial's log: their names, units and frames.
 
 One row a tick; row k is the state at the end of tick k, at time (k + 1) dt. World frame unless a
-column says otherwise: x forward, y left, z up, z = 0 at the base that the pile stands on.
+column says otherwise: x forward, y left, z up, z = 0 at the base that the pile stands on. The
+world leans with a slope: z is at a right angle to the ground.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 A robot has fallen when its trunk was tilted beyond 45 degrees for 0.1 s, when a link other than a
 foot lay on the ground for 0.05 s, or when the trunk is below 0.6 of its standing height. The
-numbers are gaitlab's own: [EROS2018] calls a walk unstable when the robot falls and does not say
+numbers are gaitlab's own and told from the ground, also where that slopes: who stands at a right
+angle to it has not fallen. [EROS2018] calls a walk unstable when the robot falls and does not say
 when that is.
 
 References:

@@ -167,6 +167,17 @@ class Scene:
         return self.fall is not None and bool(self.time[frame] >= self.fall - 1e-6)
 
 
+def _set_apart(trial: Trial) -> str:
+    """The slope and the push of a trial, which no picture shows: its ground is drawn level."""
+    slope, push = trial.slope, trial.push
+    ways = (("uphill", "downhill", slope.pitch), ("rising left", "rising right", slope.roll))
+    told = [f"{abs(angle):g}° {up if angle > 0.0 else down}" for up, down, angle in ways if angle]
+    if push.impulse:
+        begin = push.begin(0.0, trial.gait.gait_period)
+        told.append(f"push of {push.impulse:g} N s to {push.direction:g}° at {begin:.2f} s")
+    return "".join(f"{part}, " for part in told)
+
+
 def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
     """A trial at instants, in [s] since walking at full amplitude began.
 
@@ -185,7 +196,7 @@ def scene_of(shown: Recorded, instants: Sequence[float] | np.ndarray) -> Scene:
         title=f"{trial.names.robot.upper()} on {surface_text(trial.names.surface)}",
         caption=(
             f"step length {log.header.step_length:.3g} m, period {log.header.gait_period:.3g} s, "
-            f"seed {trial.seed}, trial {shown.trial_id[:8]}"
+            f"{_set_apart(trial)}seed {trial.seed}, trial {shown.trial_id[:8]}"
         ),
         tree=tree,
         feet=feet,

@@ -40,6 +40,7 @@ from gaitlab.report.provenance import DescribedPart, facts_table, gantry_note, p
 from gaitlab.report.representative import extremes_blocks
 from gaitlab.report.results import Results
 from gaitlab.report.scores import SCORED, fell_standing, truth
+from gaitlab.report.thresholds import threshold_tables
 from gaitlab.report.words import plural
 from gaitlab.statistics import MOST_SEEDS, Contrast
 
@@ -97,6 +98,7 @@ def _first(results: Results, sources: Sources, compared: Compared, folder: Path)
         not_standing(results),
         sources.differences,
         *scores(results, compared[0]),
+        threshold_tables(results),
         cells_map(results, folder),
         findings(results, *compared, agreement_sentence(engines) if engines else ""),
         _next(results, sources, compared),

@@ -12,7 +12,8 @@ from gaitlab.experiment import Experiment, changed
 from gaitlab.experiment.shell import command, store_option
 from gaitlab.model.balance import Balance
 from gaitlab.model.servo import Servo
-from gaitlab.parameters import parameters
+from gaitlab.model.settings import LATE
+from gaitlab.parameters import parameters, values
 from gaitlab.report.gather import base_trial, base_trials
 from gaitlab.report.markdown import code, escape, table
 from gaitlab.report.page import Sources
@@ -120,12 +121,12 @@ def _facts(experiments: Sequence[Experiment], results: Results) -> dict[str, str
 def _files(experiment: Experiment) -> Iterator[tuple[str, str]]:
     """Files that are varied, by name, and the digest of what each of them holds."""
     for axis in experiment.axes:
-        for path, *values in zip(axis.paths, *axis.rows, strict=True):
+        for path, *column in zip(axis.paths, *axis.rows, strict=True):
             group, _, name = path.partition(".")
             owner = getattr(experiment.parts, group, None)
             for item in parameters(type(owner)) if owner and name else ():
                 if name in item.contents_of:
-                    for value in dict.fromkeys(values):
+                    for value in dict.fromkeys(column):
                         held = getattr(changed(owner, {name: value}), item.name)
                         yield f"file {value_text(value)}", f"digest {code(held[:16])}"
 
@@ -157,8 +158,10 @@ def _parts(experiments: Sequence[Experiment], results: Results) -> Iterator[Desc
     yield from _balance_parts(experiments, varied)
     yield from _ground_parts(experiments, varied)
     trial = base_trial(experiments[0])
-    for path in ("horizon", "spread", "engine"):
-        yield DescribedPart(title=path, path=path, value=getattr(trial, path), varied=varied)
+    for path in ("horizon", "spread", "engine", *LATE):
+        value = getattr(trial, path)
+        if path not in LATE or values(value) or any(p.startswith(f"{path}.") for p in varied):
+            yield DescribedPart(title=path, path=path, value=value, varied=varied)
 
 
 def _balance_parts(

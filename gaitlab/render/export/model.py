@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from gaitlab.documents.outputs import MARK
-from gaitlab.log import GRAVITY, TrialLog
+from gaitlab.log import TrialLog
 from gaitlab.model import Link, Robot, gantry_of
 from gaitlab.model.mjcf import add_bodies, add_couplings, number, numbers
 from gaitlab.model.soles import SUPPORT_RADIUS
@@ -38,7 +38,8 @@ def _mjcf(shown: ExportedTrial) -> str:
     robot, header = shown.trial.robot, shown.log.header
     model = Element("mujoco", model=robot.name)
     SubElement(model, "compiler", angle="radian", autolimits="true")
-    SubElement(model, "option", timestep=number(header.dt), gravity=numbers((0.0, 0.0, -GRAVITY)))
+    gravity = numbers(shown.trial.slope.gravity)
+    SubElement(model, "option", timestep=number(header.dt), gravity=gravity)
     world = SubElement(model, "worldbody")
     SubElement(world, "light", pos="0 0 3", dir="0 0 -1")
     SubElement(
