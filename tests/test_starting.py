@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from gaitlab.cli.starting import NewKind
 from gaitlab.experiment import load_experiment
 from gaitlab.experiment.plan import plan
 from gaitlab.store import Store
+from gaitlab.surfaces.files import load_surface
 
 SHORT = ["--engine", "mujoco", "--set", "horizon={cycles: 0.5, time: 0.5}", "-j", "0", "--quiet"]
 SUFFIX = {NewKind.gait: ".py"}
@@ -83,6 +85,32 @@ def test_a_new_study_searches_as_it_is() -> None:
     few = ["--trials", "2", "--set", "study.batch=2", "--set", "seeds=1", "--no-validation"]
     assert run_command_line(["optimize", file, "-n", *few]) == 0
     assert run_command_line(["optimize", file, *SHORT, *few]) == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (NewKind.experiment, "eros_quick"),
+        (NewKind.study, "eros_small"),
+        (NewKind.surface, "grass_30mm"),
+    ],
+)
+def test_a_copy_means_what_its_original_means_and_finds_its_schema(
+    kind: NewKind, name: str, tmp_path: Path
+) -> None:
+    assert run_command_line(["new", kind.value, "deep/ours", "--from", name]) == 0
+    copy = tmp_path / "deep" / "ours.yaml"
+    first = copy.read_text().splitlines()[0]
+    assert (copy.parent / first.partition("$schema=")[2]).is_file()
+    assert copy.read_text().count("yaml-language-server") == 1
+    if kind is NewKind.surface:
+        assert load_surface(str(copy)) == load_surface(name)
+        return
+    original, copied = load_experiment(name), load_experiment(copy)
+    assert copied.name == "ours"
+    assert copied.study == original.study
+    ids = [[t.trial.id for t in islice(plan(e).trials(), 3)] for e in (original, copied)]
+    assert ids[0] == ids[1]
 
 
 @pytest.mark.parametrize("kind", NewKind)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from enum import Enum
 from pathlib import Path
@@ -54,6 +55,10 @@ def new(
     name: Annotated[
         Path, typer.Argument(metavar="NAME", parser=written_to, help="What it is to be called.")
     ],
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="OTHER", help="Copy this one, a name or a file, instead."),
+    ] = None,
 ) -> int:
     """Write a file to begin with: commented, right as it is, and completed by an editor.
 
@@ -63,13 +68,17 @@ def new(
     Example:
       gaitlab new experiment our_walk
       gaitlab new surface our_field
+      gaitlab new experiment our_quick --from eros_quick
     """
     file = _named(name, ".py" if kind is NewKind.gait else ".yaml")
     if os.path.lexists(file):
         raise UsageError(f"{file} is there already and is left as it is; choose another name")
-    template = TEMPLATES / ("gait.txt" if kind is NewKind.gait else f"{kind.value}.yaml")
-    text = template.read_text(encoding="utf-8")
-    text = text.replace("{name}", file.stem).replace("{file}", shlex.quote(str(file)))
+    if source is None:
+        template = TEMPLATES / ("gait.txt" if kind is NewKind.gait else f"{kind.value}.yaml")
+        text = template.read_text(encoding="utf-8")
+        text = text.replace("{name}", file.stem).replace("{file}", shlex.quote(str(file)))
+    else:
+        text = _copied(kind, source, file)
     if kind is not NewKind.gait:
         from gaitlab.experiment.json_schema import put_beside
 
@@ -82,6 +91,25 @@ def new(
     tell(f"Then: gaitlab {NEXT[kind].format(file=way, walk=walk)}")
     say(str(file))
     return 0
+
+
+def _copied(kind: NewKind, source: str, file: Path) -> str:
+    """The text of another file of the kind, right in its new place: name, and what it includes.
+
+    Raises:
+        UnknownName: If there is no such file.
+    """
+    from gaitlab.experiment.json_schema import MODELINE
+    from gaitlab.experiment.loading import INCLUDE
+    from gaitlab.plugins import locate
+
+    place = locate("experiment" if kind is NewKind.study else kind.value, source)
+    lines = place.read_text(encoding="utf-8").splitlines(keepends=True)
+    text = "".join(line for line in lines if not line.startswith(MODELINE))
+    if (found := INCLUDE.search(text)) is not None:
+        reached = os.path.relpath(place.parent / found[1], file.parent)
+        text = f"{text[: found.start(1)]}{Path(reached).as_posix()}{text[found.end(1) :]}"
+    return re.sub(r"(?m)^name:[^\n#]*(?=#|$)", f"name: {file.stem}", text, count=1)
 
 
 def _named(name: Path, ending: str) -> Path:

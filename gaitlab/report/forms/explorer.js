@@ -125,6 +125,13 @@ function cellsOf(variant, panel) {
       place[0] === variant && (data.axes ? across !== null : place[2] === panel));
 }
 
+/** Round values at equal ratios over what a panel has; plotly's own would run into each other. */
+function steps(panel) {
+  const known = data.cells.map(({ at }) => at[panel]).filter((value) => value > 0);
+  const low = Math.min(...known), ratio = Math.max(...known) / low;
+  return [0, 1, 2, 3].map((k) => Number((low * ratio ** (k / 3)).toPrecision(2)));
+}
+
 /** One point a candidate. */
 function scores({ name, title }, variant, panel) {
   const cells = cellsOf(variant, panel).filter(({ values }) => values[name] !== null);
@@ -227,7 +234,9 @@ function draw() {
             ticktext: ticks.map(safe),
             range: [-0.6, ticks.length - 0.4],
           }
-        : { type: axis.log ? "log" : "linear", nticks: 5, tickangle: 0 }),
+        : axis.log
+          ? { type: "log", tickvals: steps(column), tickangle: 0 }
+          : { nticks: 5, tickangle: 0 }),
       gridcolor: line, linecolor: line, zeroline: false, automargin: true,
       title: { text: safe(below), standoff: 8, font },
     };
