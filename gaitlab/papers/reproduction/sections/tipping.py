@@ -128,8 +128,8 @@ def _assumed(standing: Standing) -> str:
         f"{standing.weight:.1f} N with the centre of mass {1000.0 * standing.com_height:.0f} mm "
         f"over soles of {1000.0 * sole.length:.0f} x {1000.0 * sole.width:.0f} mm that stand "
         f"{1000.0 * standing.stance_width:.0f} mm apart; an ankle of {stiffness(servo):.0f} "
-        f"N m/rad that ends at {limit:.1f} N m, {degrees(limit / stiffness(servo)):.1f}° of error; hips "
-        "and knees that do not yield."
+        f"N m/rad that ends at {limit:.1f} N m, {degrees(limit / stiffness(servo)):.1f}° of error; "
+        "hips and knees that do not yield."
     )
 
 
