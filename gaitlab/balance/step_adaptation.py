@@ -7,9 +7,9 @@ caught [Eng1994], and they go more carefully for a while. How uneasy the walk is
 
 cut to [0, 1], with the filtered errors and rates of `ankle_hip`. It rises at once and falls with a
 time constant. While it lasts the share `shortening` u of a leg's way ahead is taken back by hip and
-ankle of both legs, so that at 1 the robot steps in place, and the swing leg bends by `lifting` u
-more at hip and ankle and by twice that at the knee, which lifts its sole and keeps it as level as
-the gait means it.
+ankle of both legs, so that at 1 the robot steps in place. A foot that the gait raises above the
+other one is raised more: hip and ankle bend by `lifting` u times its share of the gait's greatest
+height, the knee by twice that, which keeps the sole as level as the gait means it.
 
 A robot that steps in place stays up without getting anywhere: the strict score counts that as
 failed, and so should whoever chooses gains.
@@ -35,6 +35,7 @@ from gaitlab.model.imu import Attitude
 from gaitlab.parameters import parameter
 
 _OPEN = "assumption: found by a search"
+SMALLEST = 1e-6  # m; a foot that is never raised more is never lifted
 HIPS, ANKLES = (0, 2), (1, 3)  # of pitch, left and right, in the order of the joints
 
 
@@ -63,7 +64,7 @@ class Balance(ankle_hip.Balance):
         0.5, unit="-", low=0.0, high=1.0, doc="share of the step taken back at most", source=_OPEN
     )
     lifting: float = parameter(
-        0.0, unit="rad", low=0.0, high=0.6, doc="the swing leg bends more at most", source=_OPEN
+        0.0, unit="rad", low=0.0, high=0.6, doc="a raised leg bends more at most", source=_OPEN
     )
 
     joints = (*BALANCING, "left_knee", "right_knee")
@@ -82,7 +83,10 @@ class StepAdaptation(AnkleHip):
         self._gains = gains
         self._keeps = exp(-gains.imu.spacing(dt) / gains.calm_time)
         ahead = feet.position[:, :, 0] - feet.position[0, :, 0]
-        self._leg = np.arctan2(ahead, -feet.position[:, :, 2]).tolist()
+        height = feet.position[:, :, 2]
+        self._leg = np.arctan2(ahead, -height).tolist()
+        raised = height - height.min(axis=1, keepdims=True)
+        self._raised = (raised / max(raised.max(), SMALLEST)).tolist()
         self._uneasy = 0.0
 
     def correction(self, tick: int, felt: Attitude) -> Sequence[float]:
@@ -92,7 +96,7 @@ class StepAdaptation(AnkleHip):
         knees = []
         for leg, (hip, ankle) in enumerate(zip(HIPS, ANKLES, strict=True)):
             back = self._gains.shortening * uneasy * self._leg[tick][leg]
-            bend = self._gains.lifting * uneasy * (1.0 - self._stance[tick][leg])
+            bend = self._gains.lifting * uneasy * self._raised[tick][leg]
             turns[hip] += back - bend
             turns[ankle] -= back + bend
             knees.append(2.0 * bend)
