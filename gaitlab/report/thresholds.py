@@ -86,7 +86,7 @@ def _text(levels: list[float], counts: list[Count], unit: str) -> str:
 
 def _value(found: HalfPoint, levels: list[float]) -> str:
     if found.value == inf:
-        return f"> {value_text(levels[-1])}"
+        return f"≥ {value_text(levels[-1])}"
     return f"< {value_text(levels[0])}" if found.value == -inf else f"{found.value:.2g}"
 
 

@@ -51,7 +51,7 @@ def test_nothing_is_guessed_beyond_what_was_tried() -> None:
 
     found = rows(swept("push.impulse", [0.5, 1.0, 2.0], survives), "push.impulse")
     for up, down in found.values():
-        assert up.startswith("> 2")
+        assert up.startswith("≥ 2")
         assert down.startswith("< 0.5")
 
 
