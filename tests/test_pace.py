@@ -30,7 +30,7 @@ def record(trial: Trial, pace: float, simulated: float, host: str = "") -> Trial
     return replace(
         recorded.record(1),
         metrics={"fell": False, "walked_time": walked},
-        provenance={"host": host or socket.gethostname(), "wall_time": pace * simulated},
+        provenance={"host": host or socket.gethostname(), "processor_time": pace * simulated},
     )
 
 

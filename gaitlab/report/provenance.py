@@ -22,7 +22,7 @@ from gaitlab.surfaces.files import load_surface
 
 UNPUBLISHED = ("assumption", "reconstruction")
 # Differ from run to run without a result changing, so the page would.
-PER_RUN = ("finished", "wall_time")
+PER_RUN = ("finished", "wall_time", "processor_time")
 HELD = {
     "level": "holds its lateral motion, roll, yaw and pitch",
     "planar": "holds its lateral motion, roll and yaw",

@@ -1,5 +1,6 @@
 """How fast this machine simulates, learned from the trials that it has simulated.
 
+By the processor time that they took: what else the machine did meanwhile says nothing of next time.
 Kept for each engine, robot, kind of ground, and open or closed loop in the user's folder for what
 can be made again; where nothing can be kept, every run begins with what our machine needed.
 """
@@ -32,7 +33,7 @@ LARGEST = 1 << 20  # byte of the file; a longer one is none of ours
 
 @dataclass
 class Pace:
-    """Wall time of one core for a simulated second, by kind of trial.
+    """Time of one core for a simulated second, by kind of trial.
 
     Attributes:
         path: File in which it is kept; None to keep nothing.
@@ -45,13 +46,13 @@ class Pace:
     def here(cls) -> Pace:
         """That of this machine, as far as it is known."""
         folder = cache_folder().path
-        pace = cls(folder / f"pace-{socket.gethostname()}.json" if folder else None)
+        pace = cls(folder / f"core-pace-{socket.gethostname()}.json" if folder else None)
         for kind, spent, simulated in _read(pace.path):
             pace._seen[kind] = [spent, simulated]
         return pace
 
     def of(self, trial: Trial) -> float:
-        """Wall time of a simulated second of such a trial, in [s]."""
+        """Time of a core for a simulated second of such a trial, in [s]."""
         for kind in reversed(list(_coarse_to_fine(trial))):
             spent, simulated = self._seen.get(kind, (0.0, 0.0))
             if simulated >= LEAST:
@@ -59,13 +60,14 @@ class Pace:
         return USUAL[trial.engine.name]
 
     def mean(self, trials: Iterable[tuple[Trial, float]]) -> float:
-        """Mean wall time of trials, each with its simulated time in [s]; in [s]."""
+        """Mean time of a core for trials, each with its simulated time in [s]; in [s]."""
         costs = [seconds * self.of(trial) for trial, seconds in trials]
         return sum(costs) / len(costs) if costs else 0.0
 
     def learn(self, trial: Trial, record: TrialRecord) -> None:
         """Take account of a trial that has just been simulated here."""
-        spent, simulated = record.provenance.get("wall_time"), _simulated(trial, record.metrics)
+        spent = record.provenance.get("processor_time")
+        simulated = _simulated(trial, record.metrics)
         here = record.provenance.get("host") == socket.gethostname()
         if record.state != "DONE" or not here or not isinstance(spent, float) or simulated <= 0.0:
             return

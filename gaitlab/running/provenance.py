@@ -28,18 +28,22 @@ CPUINFO = Path("/proc/cpuinfo")  # where Linux names the processor
 GIT_TIMEOUT = 10.0  # s; a slow network disk must not hold up a trial
 
 
-def provenance(wall_time: float, engine: EngineName) -> dict[str, str | float | None]:
+def provenance(
+    wall_time: float, engine: EngineName, processor_time: float | None = None
+) -> dict[str, str | float | None]:
     """What is worth knowing about a run that has just ended.
 
     Args:
         wall_time: How long it took, in [s].
         engine: What simulated it.
+        processor_time: How much of that it had a processor, in [s]; None if that is not known.
     """
     return {
         **_unchanging(engine),
         "host": socket.gethostname(),
         "finished": datetime.now(timezone.utc).isoformat(timespec="seconds"),
         "wall_time": round(wall_time, 3),
+        **({} if processor_time is None else {"processor_time": round(processor_time, 3)}),
     }
 
 

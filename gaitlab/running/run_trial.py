@@ -64,15 +64,16 @@ def simulate_trial(trial_id: str, trial: Mapping[str, Any]) -> tuple[TrialRecord
         NoEngine: If its engine is not installed here.
         MemoryError: If there is not enough memory.
     """
-    start = time.perf_counter()
+    start, used = time.perf_counter(), time.process_time()
     outcome = _outcome(trial)
+    used = time.process_time() - used
     record = TrialRecord(
         trial_id=trial_id,
         state=outcome.state,
         reason=outcome.reason,
         trial=trial,
         metrics=outcome.metrics,
-        provenance=provenance(time.perf_counter() - start, engine_of(trial)),
+        provenance=provenance(time.perf_counter() - start, engine_of(trial), used),
     )
     return record, outcome.log
 

@@ -8,7 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
-VOLATILE = ("host", "finished", "wall_time")  # of the provenance: differs between equal runs
+VOLATILE = (
+    "host",
+    "finished",
+    "wall_time",
+    "processor_time",
+)  # of the provenance: differs between equal runs
 LARGEST_INTEGER = 1 << 63  # of a table
 VOLATILE_WIDTH = 512  # characters they are padded to, so that equal trials have equally long files
 State: TypeAlias = Literal["DONE", "INFEASIBLE", "FAILED"]
