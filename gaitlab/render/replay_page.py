@@ -29,6 +29,7 @@ from gaitlab.render.clip import Clip
 from gaitlab.render.scene import Recorded, span_of
 from gaitlab.render.track import body_of, track_of
 
+SCRIPTS = ("scene.js", "strip.js", "player.js")
 SHORT = 8  # digits of a trial in an address
 FAR = 4.5  # robot heights from the camera, where a view has none of its own
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
@@ -149,7 +150,7 @@ def three_js() -> str:
 
 def _document(title: str, menu: str, content: Mapping[str, Any], speed: float) -> str:
     """The whole text of the file; no script runs in it but its own, and nothing is fetched."""
-    library, viewer = three_js(), _resource("scene.js") + _resource("player.js")
+    library, viewer = three_js(), "".join(map(_resource, SCRIPTS))
     allowed = " ".join(f"'sha256-{_digest(script)}'" for script in (library, viewer))
     data = json.dumps(content, separators=(",", ":"), allow_nan=False)
     speeds = (

@@ -137,6 +137,7 @@ def _moving(shown: Recorded, scene: Scene, ticks: np.ndarray) -> dict[str, np.nd
         "load": scene.forces.reshape(len(ticks), -1),
         "contact": scene.contact.astype(float),
         "zmp": scene.zmp,
+        "margin": log["zmp_margin"][ticks],
         "phase": scene.phase,
         "focus": scene.focus,
     }

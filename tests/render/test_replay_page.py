@@ -382,3 +382,27 @@ def test_a_browser_without_3d_is_told_so(tmp_path: Path) -> None:
         stage.open(file)
         assert opened.value("!document.getElementById('trouble').hidden")
         assert "WebGL" in opened.value("document.getElementById('trouble').textContent")
+
+
+def test_the_plots_say_what_the_log_says_and_lead_to_an_instant(
+    stage: Stage, tmp_path: Path
+) -> None:
+    shown = recorded()
+    stage.open(page(tmp_path / "fall.html", shown))
+    clip = clip_of([shown.log])
+    instant = clip.instants[len(clip.instants) // 2]
+    stage.seek(instant)
+    stage.tab.value(SETTLED)
+    said = stage.tab.value("document.querySelectorAll('#strip span')[1].textContent")
+    (tick,) = ticks_at(shown.log, np.array([instant]))
+    margin = 1000.0 * shown.log["zmp_margin"][tick]
+    assert float(said.split()[-2]) == pytest.approx(margin, abs=1.5)  # mm, written without decimals
+    box = stage.tab.value(
+        "(b => [b.left, b.top, b.width, b.height])"
+        "(document.getElementById('strip').getBoundingClientRect())"
+    )
+    stage.tab.click(box[0] + box[2] / 2, box[1] + box[3] / 2)
+    middle = 0.5 * (clip.begin + clip.end)
+    assert stage.state("now") == pytest.approx(middle, abs=0.02)
+    stage.click("plots")
+    assert stage.tab.value("document.getElementById('strip').offsetHeight") == 0

@@ -147,6 +147,7 @@
       renderer.render(each.scene, camera);
       section.update(state);
     });
+    strip.show(now);
     by("time").value = now;
     by("clock").textContent = clock(now);
     by("time").setAttribute("aria-valuetext", clock(now));
@@ -194,6 +195,7 @@
       end = Math.max(...stages.map((each) => each.end));
       Object.assign(by("time"), { min: begin, max: end });
       by("panels").replaceChildren(...stages.map(panel));
+      strip.of(stages, begin, end);
       marks();
       const falls = stages.map((each) => each.trial.fell).filter((fell) => fell !== null);
       now = page.menu && falls.length ? Math.max(Math.min(...falls) - 2, begin) : begin;
@@ -217,7 +219,13 @@
   const pressed = (id, on) => by(id).setAttribute("aria-pressed", on);
 
   function controls() {
-    for (const name of [...Object.keys(shown), "follow"]) pressed(name, true);
+    for (const name of [...Object.keys(shown), "follow", "plots"]) pressed(name, true);
+    strip.controls((instant) => { play(false); seek(instant); });
+    by("plots").addEventListener("click", () => {
+      by("strip").hidden = !by("strip").hidden;
+      pressed("plots", !by("strip").hidden);
+      draw();
+    });
     by("play").addEventListener("click", () => play(!playing));
     by("back").addEventListener("click", () => step(-1));
     by("on").addEventListener("click", () => step(1));

@@ -363,7 +363,7 @@ const walks = (() => {
     const places = () => Object.fromEntries(robot.links.map((link, k) =>
       [link.name, new THREE.Vector3().setFromMatrixPosition(real.nodes[k].matrixWorld).toArray()]));
     const times = channels.time0;
-    return { trial, scene, show, places, times, begin: times[0], end: times[trial.count - 1] };
+    return { trial, scene, show, places, channels, times, begin: times[0], end: times[trial.count - 1] };
   }
 
   return { page, shown, stage };
