@@ -128,7 +128,7 @@ class Slope:
     The world frame is the ground's: z is at a right angle to it, x and y lie in it, and it is
     gravity that leans. So a robot that stands at a right angle to a slope has no roll and no pitch
     in the log, while its IMU, which feels gravity, reads a pitch of minus `pitch` and a roll of
-    `roll`.
+    `roll`. A gantry stands on the slope.
     """
 
     pitch: float = parameter(
