@@ -50,8 +50,7 @@ schemas: $(VENV)/installed  ## write the schemas of the files anew, which editor
 
 reports: $(VENV)/installed  ## make the published reports again, in about an hour
 	@$(BIN)/gaitlab run eros_quick && $(BIN)/gaitlab report eros_quick
-	@$(BIN)/gaitlab run eros_table7 && $(BIN)/gaitlab run eros_table8
-	@$(BIN)/gaitlab report eros_table7 eros_table8
+	@$(BIN)/gaitlab run eros_reproduction && $(BIN)/gaitlab report eros_reproduction
 	@for paper in eros flow biped nao bioloid; do $(BIN)/gaitlab audit $$paper || exit; done
 
 benchmark: $(VENV)/installed-dev  ## measure speed and size on this machine
