@@ -1,13 +1,14 @@
 """Ankle, hip and stepping strategy, and steps shorter and higher while the walk is uneasy.
 
-What `ankle_hip` does, and beside it two things that people do who trip: they lift the foot that was
-caught [Eng1994], and they go more carefully for a while. How uneasy the walk is
+What the strategies of `gaitlab.model.strategies` do, and beside it two things that people do who
+trip: they lift the foot that was caught [Eng1994], and they go more carefully for a while. How
+uneasy the walk is
 
     u = weight of tilt |(e_pitch, e_roll)| + weight of rate |(e'_pitch, e'_roll)| - start
 
-cut to [0, 1], with the filtered errors and rates of `ankle_hip`. It rises at once and falls with a
-time constant. While it lasts the share `shortening` u of a leg's way ahead is taken back by hip and
-ankle of both legs, so that at 1 the robot steps in place. A foot that the gait raises above the
+cut to [0, 1], with the filtered errors and rates of the strategies. It rises at once and falls with
+a time constant. While it lasts the share `shortening` u of a leg's way ahead is taken back by hip
+and ankle of both legs, so that at 1 the robot steps in place. A foot that the gait raises above the
 other one is raised more: hip and ankle bend by `lifting` u times its share of the gait's greatest
 height, the knee by twice that, which keeps the sole as level as the gait means it.
 
@@ -27,11 +28,9 @@ from math import exp, hypot
 
 import numpy as np
 
-from gaitlab.balance import ankle_hip
-from gaitlab.balance.ankle_hip import JOINTS as BALANCING
-from gaitlab.balance.ankle_hip import AnkleHip
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.imu import Attitude
+from gaitlab.model.strategies import JOINTS, AnkleHip, StrategyGains
 from gaitlab.parameters import parameter
 
 _OPEN = "assumption: found by a search"
@@ -40,7 +39,7 @@ HIPS, ANKLES = (0, 2), (1, 3)  # of pitch, left and right, in the order of the j
 
 
 @dataclass(frozen=True, kw_only=True)
-class Balance(ankle_hip.Balance):
+class Balance(StrategyGains):
     """Gains of the strategies; a walk is uneasy from `start` on and wholly so 1 above it."""
 
     tilt_weight: float = parameter(
@@ -67,7 +66,7 @@ class Balance(ankle_hip.Balance):
         0.0, unit="rad", low=0.0, high=0.6, doc="a raised leg bends more at most", source=_OPEN
     )
 
-    joints = (*BALANCING, "left_knee", "right_knee")
+    joints = (*JOINTS, "left_knee", "right_knee")
 
     def controller(self, feet: FeetPoses, dt: float) -> StepAdaptation:
         """The controller of one walk over the instants of `feet`, dt apart in [s]."""
@@ -75,7 +74,7 @@ class Balance(ankle_hip.Balance):
 
 
 class StepAdaptation(AnkleHip):
-    """The controller at work: that of `ankle_hip`, and how uneasy the walk is."""
+    """The controller at work: the strategies, and how uneasy the walk is."""
 
     def __init__(self, gains: Balance, feet: FeetPoses, dt: float) -> None:
         """A controller of a walk that is at ease; see `Balance.controller`."""

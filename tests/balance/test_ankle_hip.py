@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitlab.balance.ankle_hip import JOINTS, Balance, stance_weights
+from gaitlab.balance.ankle_hip import Balance
 from gaitlab.errors import WrongValue
 from gaitlab.model.balance import require_joints
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.imu import Attitude
+from gaitlab.model.strategies import JOINTS, stance_weights
 from gaitlab.plugins import load_class
 
 DT = 0.002  # s

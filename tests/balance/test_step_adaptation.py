@@ -14,6 +14,7 @@ from gaitlab.balance.step_adaptation import Balance
 from gaitlab.gaits.eros import Gait
 from gaitlab.model.gait import FeetPoses
 from gaitlab.model.imu import Attitude
+from gaitlab.model.strategies import JOINTS as STRATEGIES
 from gaitlab.robots.eros import Robot
 
 DT = 0.002  # s
@@ -79,7 +80,7 @@ def test_at_ease_it_is_the_balance_of_ankle_and_hip(tick: int, felt: Attitude) -
     lean = float(FEET.trunk_pitch[tick])
     expected = plain.controller(FEET, DT).correction(tick, felt._replace(pitch=felt.pitch + lean))
     found = corrections(gains, tick, felt)
-    assert [found[name] for name in ankle_hip.JOINTS] == list(expected)
+    assert [found[name] for name in STRATEGIES] == list(expected)
     assert found["left_knee"] == found["right_knee"] == 0.0
 
 

@@ -236,7 +236,7 @@ def test_what_is_done_is_said_while_it_is_done(
     run(store, both[0])
     said: list[list[str]] = []
     for _ in range(2):
-        with heard(lambda text: said[-1].append(text)):
+        with heard(lambda text, *_: said[-1].append(text)):
             said.append([])
             write_report(both[:1], store, tmp_path / "out")
     first, again = said

@@ -63,9 +63,13 @@ def test_a_short_log_is_the_one_that_this_physics_gave(name: str) -> None:
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_one_per_cent_of_a_constant_is_noticed(change: str) -> None:
-    name = "eros on carpet_4mm"
-    stored = STORED["logs"][name]
-    assert agreeing(stored, numbers(CHANGES[change](TRIALS[name]))) < len(stored["torque"])
+    """By one of the stored logs at least; a sole that does not slip knows no friction."""
+
+    def noticed(name: str) -> bool:
+        stored = STORED["logs"][name]
+        return agreeing(stored, numbers(CHANGES[change](TRIALS[name]))) < len(stored["torque"])
+
+    assert any(noticed(f"{robot} on carpet_4mm") for robot in ("eros", "nao", "flow", "bioloid"))
 
 
 def test_the_last_bits_of_a_start_are_not() -> None:

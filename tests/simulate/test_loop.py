@@ -7,10 +7,11 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from gaitlab.balance.ankle_hip import JOINTS, Balance
+from gaitlab.balance.ankle_hip import Balance
 from gaitlab.log import TrialLog
 from gaitlab.model.imu import Imu
 from gaitlab.model.randomness import randomness
+from gaitlab.model.strategies import JOINTS
 from gaitlab.simulation.simulate import simulate
 from gaitlab.simulation.trial import Trial, plugin
 from tests.trials import STILL, standing, trial
