@@ -379,5 +379,5 @@ def test_a_section_behind_stands_on_the_second_page_with_where_all_comes_from(
 def test_the_shipped_page_has_its_answers_in_front() -> None:
     whole = load_reproduction("eros_reproduction")
     front = [each.title for each in whole.sections if not each.details]
-    assert front[:2] == ["Tables 7 and 8", "Taken apart"]
+    assert front[0] == "Tables 7 and 8"
     assert len(front) <= 4
