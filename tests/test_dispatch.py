@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
+import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from multiprocessing import active_children
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
@@ -217,18 +223,25 @@ def test_progress_counts_up_to_the_plan(store: Store) -> None:
     assert [summary.left for summary in seen] == list(range(CELLS - 1, -1, -1))
 
 
-def driver(store: Store, pause: float | Path = 0.1) -> subprocess.Popen[str]:
-    """A run in a process of its own, its trials `pause` seconds long or until a file is gone."""
-    process = subprocess.Popen(
+@contextlib.contextmanager
+def driver(store: Store, pause: float | Path = 0.1) -> Iterator[subprocess.Popen[str]]:
+    """A run in a process of its own, its trials `pause` seconds long or until a file is gone.
+
+    It is gone when the block ends, however it ends.
+    """
+    with subprocess.Popen(
         [sys.executable, "-m", "tests.pretended", str(store.path), str(pause)],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    return process
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "ready\n"
+            yield process
+        finally:
+            process.kill()
 
 
 def wait_for_trials(store: Store, count: int) -> None:
@@ -272,6 +285,32 @@ def test_the_second_ctrl_c_kills(store: Store) -> None:
     assert process.returncode != 0
     assert "KeyboardInterrupt" in err
     assert store.states() == {}
+
+
+class Impatient(Progress):
+    """Presses Ctrl-C again as soon as the first one is answered."""
+
+    def message(self, text: str) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.usefixtures("well")
+@pytest.mark.parametrize("call", ["start", "kill"])
+def test_no_worker_outlives_two_ctrl_c_at_its_birth_or_death(
+    store: Store, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    whole = getattr(SpawnProcess, call)
+
+    def struck(process: SpawnProcess) -> None:
+        monkeypatch.undo()  # once
+        whole(process)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(SpawnProcess, call, struck)
+    with contextlib.suppress(KeyboardInterrupt):
+        dispatch(experiment(), store, jobs=2, progress=Impatient())
+    gc.collect()
+    assert active_children() == []
 
 
 @pytest.mark.long

@@ -22,12 +22,14 @@ import signal
 import sys
 import tempfile
 import time
+import weakref
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from types import ModuleType
 from typing import IO, TypeAlias
@@ -76,6 +78,7 @@ class Child:
             args=(other, task, os.getpid(), Path(self._output.name), memory),
             daemon=True,
         )
+        weakref.finalize(self, _end, self._process)
         with deaf_child(), _single_threaded_child(), _without_main():
             self._process.start()
         self._clock = WorkClock(self._process.pid or 0)
@@ -125,8 +128,7 @@ class Child:
 
     def kill(self) -> None:
         """End the process at once, whatever it does."""
-        self._process.kill()
-        self._process.join()
+        _end(self._process)
         self._pipe.close()
         self._output.close()
 
@@ -181,6 +183,17 @@ class Child:
         self._output.seek(0)
         lines = self._output.read().splitlines()[-LAST_WORDS:]
         return "".join(f"\n{line}" for line in lines)
+
+
+def _end(process: SpawnProcess) -> None:
+    """End a process, if it ever began.
+
+    It has to be done even if Ctrl-C strikes while a worker is started or killed: nobody would know
+    of that worker, it is deaf to what Python ends its children with, and Python waits for them.
+    """
+    if process.pid is not None:
+        process.kill()
+        process.join()
 
 
 def _output_file() -> IO[str]:
