@@ -135,14 +135,14 @@ def test_a_setting_is_the_one_of_the_command_line(monkeypatch: pytest.MonkeyPatc
     given = {
         "gait.step_height": np.float64(0.02),
         "horizon": {"cycles": 1, "time": 5.0},
-        "surfaces": ["grass_30mm", "hard_floor"],
+        "surfaces": ["grass_30mm", "carpet_4mm"],
         "gait.x_law": "quarter",
         "spread.friction": 1e-7,
     }
     texts = [
         "gait.step_height=0.02",
         "horizon={cycles: 1, time: 5.0}",
-        "surfaces=[grass_30mm, hard_floor]",
+        "surfaces=[grass_30mm, carpet_4mm]",
         "gait.x_law=quarter",
         "spread.friction=1e-07",
     ]

@@ -39,6 +39,7 @@ include: {shipped}
 seeds: 1
 horizon: {{cycles: 0.5}}
 surfaces: [grass_50mm, hard_floor]
+surface:
 grid: {{gait.step_length: [0]}}
 """
 LINK = re.compile(r"\]\((?!https?:)([^)\s]+)\)")

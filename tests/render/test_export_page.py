@@ -20,6 +20,7 @@ include: {shipped}
 seeds: 1
 horizon: {{cycles: 0.5}}
 surfaces: [hard_floor]
+surface:
 grid: {{gait.step_length: [0.02, 0.04]}}
 """
 
