@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -26,12 +26,12 @@ from gaitlab.documents.json_schema import (
 )
 from gaitlab.documents.outputs import write_text
 from gaitlab.experiment.design import KEYS as DESIGN_KEYS
+from gaitlab.experiment.json_schema_paths import CODED, FILLED_IN, is_closed, path_definitions
 from gaitlab.experiment.loading import LARGEST_SEED, MOST_SEEDS
-from gaitlab.experiment.parts import NO_BALANCE, SERVO_TYPE
+from gaitlab.experiment.parts import NO_BALANCE
 from gaitlab.experiment.reading import LISTED, PATHS_AS_KEYS, WALKER_KEYS
 from gaitlab.experiment.samplers import SAMPLERS
 from gaitlab.experiment.schema import ReportSettings, Sections
-from gaitlab.experiment.search_reading import FACTOR, LOG, RELATIVE
 from gaitlab.experiment.study import MISLEADING
 from gaitlab.experiment.study_reading import (
     BESIDE,
@@ -51,15 +51,12 @@ from gaitlab.metrics import names as metric_names
 from gaitlab.model.foreign.robot_file import ANGLE, FORWARD, KINDS, LUMP_MASS, MASS, PLACE, SOLE
 from gaitlab.model.servo import Servo
 from gaitlab.model.settings import SETTINGS
-from gaitlab.parameters import Parameter, parameter_table
+from gaitlab.parameters import parameter_table
 from gaitlab.plugins import SUFFIXES, CodeKind, load_class, names
 from gaitlab.surfaces import SURFACE_TYPES
 
-CODED: tuple[CodeKind, ...] = ("gait", "robot", "balance")
 TEXT: Schema = {"type": "string"}
 NOTHING: Schema = {"type": "null"}
-OWN_KEYS = r"^(gait|robot|balance)\."  # dotted paths that code of the user's own may have
-FILLED_IN = ("digest", "folder", "files")  # parameters that no file gives
 BESIDE_FILES = ".gaitlab"  # folder of the schemas beside files of a user's own
 MODELINE = "# yaml-language-server: $schema="
 
@@ -290,37 +287,12 @@ def _of_type(name: str) -> Schema:
 
 @cache
 def _definitions() -> Mapping[str, Schema]:
-    found: dict[str, Schema] = {"searching": _searching(), "boxing": _boxing()}
-    for path, items in _every_path().items():
-        found[f"value {path}"] = _value(*items)
+    found = path_definitions()
     for kind in CODED:
         for name in names(kind):
-            cls = load_class(kind, name)
-            found[f"{kind}_{name}"] = _coded(kind, name, cls)
-            table = dict(_paths(kind, cls))
-            unlike = [path for path in table if len(_every_path()[path]) > 1]
-            found.update({f"value {name} {path}": _value(table[path]) for path in unlike})
-            for word, made in FORMS.items():
-                exact = unlike if word == "listed" else []
-                own = {path: made(path, _reference(f"{name} {path}")) for path in exact}
-                only = [*table] if _is_closed(cls) else []
-                found[f"{word}_{kind}_{name}"] = _own_paths(kind, own, only)
+            found[f"{kind}_{name}"] = _coded(kind, name, load_class(kind, name))
         found[kind] = _section(kind)
-    found["servo"] = _servo_section()
-    found["walker"] = _walker()
-    for word, made in FORMS.items():
-        properties = {path: made(path) for path in _every_path()}
-        found[word] = {
-            **mapping(properties, closed=True),
-            "patternProperties": {OWN_KEYS: {}},
-            "minProperties": 1,
-        }
-    return found
-
-
-def _is_closed(cls: type) -> bool:
-    """Whether its parameters are all that its section may have."""
-    return not hasattr(cls, "declared")
+    return {**found, "servo": _servo_section(), "walker": _walker()}
 
 
 def _coded(kind: str, name: str, cls: type) -> Schema:
@@ -328,7 +300,7 @@ def _coded(kind: str, name: str, cls: type) -> Schema:
     further: dict[str, Schema] = {"type": {"const": name}}
     if hasattr(cls, "of"):
         further["walk"] = {"$ref": f"#/definitions/{kind}"}
-    made = object_schema(cls, further=further, closed=_is_closed(cls), leave_out=FILLED_IN)
+    made = object_schema(cls, further=further, closed=is_closed(cls), leave_out=FILLED_IN)
     return {**made, "description": (cls.__doc__ or "").partition("\n")[0]}
 
 
@@ -367,130 +339,6 @@ def _surface_settings() -> dict[str, Schema]:
         for name, item in parameter_table(cls).items():
             found.setdefault(name, value_schema(item))
     return found
-
-
-def _paths(group: str, cls: type) -> Iterator[tuple[str, Parameter]]:
-    for name, item in parameter_table(cls).items():
-        if name not in FILLED_IN:
-            yield f"{group}.{name}", item
-    if group == "balance":
-        yield f"{group}.type", SERVO_TYPE
-
-
-@cache
-def _owners() -> Mapping[str, Sequence[tuple[str, Parameter]]]:
-    """What shipped code declares of each dotted path that can be varied, and by whom."""
-    classes: list[tuple[str, str, type]] = [
-        (kind, name, load_class(kind, name)) for kind in CODED for name in names(kind)
-    ]
-    classes += [("surface", name, cls) for name, cls in SURFACE_TYPES.items()]
-    classes += [(group, group, cls) for group, cls in (("servo", Servo), *SETTINGS.items())]
-    found: dict[str, list[tuple[str, Parameter]]] = {"servo.type": [("servo", SERVO_TYPE)]}
-    for group, name, cls in classes:
-        for path, item in _paths(group, cls):
-            found.setdefault(path, []).append((name, item))
-    return found
-
-
-@cache
-def _every_path() -> Mapping[str, tuple[Parameter, ...]]:
-    """The same, each declaration once."""
-    return {
-        path: tuple(item for k, item in enumerate(items) if item not in items[:k])
-        for path, items in ((p, [item for _, item in pairs]) for p, pairs in _owners().items())
-    }
-
-
-def _own_paths(kind: str, properties: Mapping[str, Schema], only: Sequence[str]) -> Schema:
-    """The dotted paths of one gait, robot or controller: its own, and none beside them.
-
-    Args:
-        kind: What it is.
-        properties: Of the paths that others of its kind have with other limits.
-        only: All of its paths; empty if it may have more.
-    """
-    others = {"not": {"pattern": rf"^{kind}\."}}
-    names = {"propertyNames": {"anyOf": [others, {"enum": list(only)}]}} if only else {}
-    return {"properties": dict(properties), **names}
-
-
-def _value(*items: Parameter) -> Schema:
-    """A value of a path; where several parameters have its name, of any of them."""
-    schemas = [value_schema(item) for item in items]
-    for each in schemas:
-        each.pop("default", None)
-    if len(schemas) == 1:
-        return schemas[0]
-    said = " / ".join(dict.fromkeys(each["description"] for each in schemas))
-    bare = [{key: v for key, v in each.items() if key != "description"} for each in schemas]
-    unlike = [each for place, each in enumerate(bare) if each not in bare[:place]]
-    return {**(unlike[0] if len(unlike) == 1 else {"anyOf": unlike}), "description": said}
-
-
-def _reference(path: str) -> Schema:
-    return {"$ref": f"#/definitions/value {path}".replace(" ", "%20")}
-
-
-def _doc(path: str) -> str:
-    """What a path is, in a line; its range stands with its values. Who differs is named."""
-    meanings: dict[str, list[str]] = {}
-    for name, item in _owners()[path]:
-        unit = f", in {item.unit}" if item.unit not in ("-", "file") else ""
-        meanings.setdefault(item.doc + unit, []).append(name)
-    if len(meanings) == 1:
-        return next(iter(meanings))
-    return "; ".join(f"{', '.join(names)}: {doc}" for doc, names in meanings.items())
-
-
-def _listed(path: str, value: Schema | None = None) -> Schema:
-    """A list of values of a path."""
-    return list_schema(value or _reference(path), doc=_doc(path))
-
-
-def _searched(path: str, value: Schema | None = None) -> Schema:
-    """How a path is searched: a list of its choices, or a range."""
-    value = value or _reference(path)
-    return {
-        "description": _doc(path),
-        "allOf": [{"$ref": "#/definitions/searching"}],
-        "items": value,
-        **chosen({"required": ["relative"]}, {}, {"properties": {"low": value, "high": value}}),
-    }
-
-
-def _searching() -> Schema:
-    """The keys of a searched path; relative ends are times the value before the search."""
-    factor, number = value_schema(FACTOR), {"type": "number"}
-    ends = {"low": number, "high": number, "log": value_schema(LOG), "step": number}
-    keys = {**ends, "relative": value_schema(RELATIVE), "choices": list_schema({}, least=2)}
-    when: Schema = {"type": "object", "minProperties": 1, "maxProperties": 1}
-    relative = {"properties": {"low": factor, "high": factor}}
-    return {
-        **mapping({**keys, "when": when}),
-        "type": ["object", "array"],
-        "minItems": 2,
-        "anyOf": [{"required": ["low", "high"]}, {"required": ["choices"]}, {"type": "array"}],
-        **chosen({"required": ["relative"]}, relative),
-    }
-
-
-def _boxed(path: str, value: Schema | None = None) -> Schema:
-    """An edge of a box."""
-    del path, value
-    return {"$ref": "#/definitions/boxing"}
-
-
-def _boxing() -> Schema:
-    """The keys of an edge: its ends, and what moves along with it."""
-    ends = {"low": {"type": "number"}, "high": {"type": "number"}, "log": value_schema(LOG)}
-    return mapping({**ends, "with": {"type": "object"}}, ("low", "high"))
-
-
-FORMS: Mapping[str, Callable[..., Schema]] = {
-    "listed": _listed,
-    "searched": _searched,
-    "boxed": _boxed,
-}
 
 
 def _surface() -> Schema:
