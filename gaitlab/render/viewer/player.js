@@ -142,6 +142,9 @@
       camera.aspect = place.width / Math.max(place.height, 1);
       // A narrow panel would cut the robot off at its sides.
       camera.fov = camera.aspect < 0.8 ? (2 * 180 / Math.PI) * Math.atan(0.17 / camera.aspect) : 24;
+      const plate = section.firstElementChild.getBoundingClientRect(); // the robot stands below what is said of it
+      const covered = plate.right > place.left + place.width / 2 ? plate.bottom - place.top : 0;
+      camera.setViewOffset(place.width, place.height, 0, -covered / 2, place.width, place.height);
       camera.updateProjectionMatrix();
       look(camera, state.focus, each.trial.size);
       renderer.render(each.scene, camera);

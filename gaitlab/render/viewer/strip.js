@@ -1,6 +1,6 @@
 // Numbers over time below the scene: lean of the trunk, ZMP margin and loads, with a line at the clock.
 const strip = (() => {
-  const HEIGHT = 34, GAP = 5, INSET = 9; // px; the inset is half of the slider's thumb
+  const HEAD = 17, HEIGHT = 26, INSET = 9; // px; the inset is half of the slider's thumb
   const degrees = (turn) => (180 / Math.PI) * turn;
   // What a band shows of the channels at an instant k; the scene is turned as x, y, z, w.
   const lean = ({ turn0: x, turn1: y, turn2: z, turn3: w }, k) => [
@@ -24,7 +24,7 @@ const strip = (() => {
   const across = (time, width) => INSET + ((time - begin) / (end - begin || 1)) * (width - 2 * INSET);
 
   function draw() {
-    const width = box.clientWidth, height = BANDS.length * (HEIGHT + GAP), ratio = Math.min(devicePixelRatio || 1, 2);
+    const width = box.clientWidth, height = BANDS.length * (HEAD + HEIGHT), ratio = Math.min(devicePixelRatio || 1, 2);
     if (!width || !stages.length) return;
     Object.assign(canvas, { width: width * ratio, height: height * ratio });
     canvas.style.height = `${height}px`;
@@ -32,7 +32,7 @@ const strip = (() => {
     const colour = (name) => style.getPropertyValue(name).trim();
     pen.scale(ratio, ratio);
     BANDS.forEach((band, row) => {
-      const top = row * (HEIGHT + GAP);
+      const top = row * (HEAD + HEIGHT) + HEAD;
       const all = stages.flatMap((stage) =>
         [...stage.times].flatMap((_, k) => values(stage, band, k)).filter(Number.isFinite));
       const low = Math.max(Math.min(0, ...all), -band.most), high = Math.min(Math.max(0, ...all), band.most);
