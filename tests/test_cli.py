@@ -65,6 +65,19 @@ def test_help_loads_nothing_slow() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_worker_and_an_experiment_load_no_statistics_that_start_slowly() -> None:
+    """`scipy.stats` takes longer than all the rest together, once in each worker of each run."""
+    script = (
+        "import sys; import gaitlab.running.worker, gaitlab.running.run_trial;"
+        "from gaitlab.experiment import load_experiment; load_experiment('eros_quick');"
+        "print([name for name in ('scipy.stats', 'scipy.optimize') if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "[]\n"
+
+
 def test_every_command_has_a_sentence_and_an_example_that_names_it() -> None:
     names = {info.name or info.callback.__name__: info for info in app.registered_commands}
     assert set(names) >= {"run", "report", "list", "show", "status", "query"}
