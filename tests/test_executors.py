@@ -336,7 +336,7 @@ def test_no_worker_outlives_a_killed_driver(tmp_path: Path, platform: str) -> No
         assert until(lambda: len(list(notes.iterdir())) == 2, seconds=120.0)
     finally:
         driver.kill()
-        driver.wait()
+        driver.wait(30.0)
     workers = [int(pid) for note in notes.iterdir() for pid in note.read_text().split()]
     assert until(lambda: not any(is_running(pid) for pid in workers), seconds=5.0)
 

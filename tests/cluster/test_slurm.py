@@ -137,7 +137,9 @@ def test_a_node_that_dies_again_and_again_leaves_the_table_of_one_machine(
     assert {len(files) for files in watched.files.values()} == {1}, "a trial is committed once"
     assert len(watched.files) == TRIALS
 
-    assert [page.parent.name for page in many.glob("reports/*/README.md")] == [f"stand+seeds-{TRIALS}"]
+    assert [page.parent.name for page in many.glob("reports/*/README.md")] == [
+        f"stand+seeds-{TRIALS}"
+    ]
     status = gaitlab(slurm, many, "status", f"stand+seeds-{TRIALS}")
     assert status.stdout.count(" done ") == SHARDS + 1, "and the head of a column"
 
