@@ -10,6 +10,9 @@ NEUTRAL := tests/simulate tests/servos tests/metrics tests/search/test_command.p
   $(addprefix tests/test_,cli.py cli_mistakes.py dispatch.py engine_choice.py executors.py \
   experiment.py missing_engine.py own_code.py plan.py plugins.py run.py store.py systems.py)
 
+# Tests start hundreds of processes, none of which should compile the program anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run test test-all test-neutral lint types format schemas reports benchmark clean
 .DEFAULT_GOAL := run
 

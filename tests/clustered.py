@@ -45,7 +45,7 @@ def _process(
             process.wait(10.0)
         except subprocess.TimeoutExpired:
             process.kill()
-            process.wait()
+            process.wait(10.0)
         for pid in started:
             _kill(pid)
 

@@ -59,10 +59,31 @@ def test_help_loads_nothing_slow() -> None:
         f"print([name for name in {SLOW} if name in sys.modules])"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
     )
     assert "Commands:" in done.stdout
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_worker_and_an_experiment_load_no_statistics_that_start_slowly() -> None:
+    """`scipy.stats` takes longer than all the rest together, once in each worker of each run."""
+    script = (
+        "import sys; import gaitlab.running.worker, gaitlab.running.run_trial;"
+        "from gaitlab.experiment import load_experiment; load_experiment('eros_quick');"
+        "print([name for name in ('scipy.stats', 'scipy.optimize') if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert done.stdout == "[]\n"
 
 
 def test_every_command_has_a_sentence_and_an_example_that_names_it() -> None:
@@ -77,7 +98,8 @@ def test_every_command_has_a_sentence_and_an_example_that_names_it() -> None:
 def test_no_summary_of_a_command_is_cut_off_at_eighty_columns() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "gaitlab", "--help"],
-        capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "80"},
+        capture_output=True, text=True, check=True, timeout=120,
+        env={**os.environ, "COLUMNS": "80"},
     )  # fmt: skip
     commands = done.stdout.partition("Commands:\n")[2].splitlines()
     assert len(commands) == len(app.registered_commands)
@@ -90,7 +112,11 @@ def test_no_arguments_are_a_call_for_help(gaitlab) -> None:
 
 def test_the_module_is_the_command() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "gaitlab", "--version"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "gaitlab", "--version"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
     )
     assert done.stdout.startswith("gaitlab 0.")
 
@@ -320,7 +346,9 @@ def test_query_prints_tables_csv_and_json(swept) -> None:
 
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     command = f"{sys.executable} -m gaitlab query 'SELECT * FROM range(200000)' | head -1"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(
+        command, shell=True, capture_output=True, text=True, cwd=tmp_path, timeout=120
+    )
     assert done.stderr == ""
     assert done.stdout.split() == ["range"]
 

@@ -169,6 +169,10 @@ def test_asking_for_joints_loads_no_physics() -> None:
         "print([name for name in ('pybullet', 'pandas', 'duckdb') if name in sys.modules])"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
     )
     assert done.stdout.splitlines()[-1] == "[]"

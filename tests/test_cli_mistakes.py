@@ -20,6 +20,7 @@ from gaitlab.cli.printing import number, other_output_on_stderr, plural, wrapped
 from gaitlab.experiment.shell import store_option
 from gaitlab.plugins import locate
 from tests.pretended import pretend, pretend_well
+from tests.reliability.drivers import line_of
 from tests.test_cli import EXPERIMENT, Printed
 
 LONG_GRID = "grid.gait.step_length=[0.0, 0.01, 0.02, 0.03, 0.04, 0.05]"
@@ -276,7 +277,7 @@ def test_ctrl_c_says_what_it_leaves(gaitlab, arguments, left: str) -> None:
     own_gait("import sys, time; print('begun', file=sys.stderr, flush=True); time.sleep(60)")
     running = process(*arguments)
     assert running.stderr is not None
-    assert running.stderr.readline() == "begun\n"
+    assert line_of(running.stderr) == "begun\n"
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=30)
     assert (running.returncode, out) == (130, "")
@@ -300,7 +301,7 @@ def test_a_reader_that_has_gone_changes_no_exit_code(tmp_path: Path, command, co
     read, write = os.pipe()
     os.close(read)
     words = [sys.executable, "-m", "gaitlab", *command]
-    done = subprocess.run(words, stdout=write, stderr=write, cwd=tmp_path)
+    done = subprocess.run(words, stdout=write, stderr=write, cwd=tmp_path, timeout=120)
     os.close(write)
     assert done.returncode == code
 

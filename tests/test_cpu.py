@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from gaitlab.running import processors
 from gaitlab.running.cpu import LOOK, WorkClock, quota
 from tests import limited
+from tests.reliability.drivers import line_of
 
 ROOT = Path(__file__).parent.parent
 COUNT = "from gaitlab.running.cpu import processors; print(processors())"
@@ -139,10 +140,10 @@ def test_a_real_group_limits_and_so_does_the_one_above_it() -> None:
 def process(code: str) -> Iterator[int]:
     """A Python that does this, once it does it."""
     command = [sys.executable, "-S", "-c", f"import time\nprint(flush=True)\n{code}"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as started:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as started:
         assert started.stdout is not None
-        started.stdout.readline()
         try:
+            line_of(started.stdout)
             yield started.pid
         finally:
             started.kill()

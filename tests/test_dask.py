@@ -276,7 +276,7 @@ def test_a_worker_that_does_not_see_the_store_names_itself_and_the_way_out(
     monkeypatch.setattr("gaitlab.running.dask_cluster.encoded", pretend_encoded)
     over = f"mount -t tmpfs none {store.path}"
     before = ["unshare", "--mount", "sh", "-c", f'{over} && exec "$0" "$@"']
-    if not shutil.which("unshare") or subprocess.run([*before, "true"]).returncode:
+    if not shutil.which("unshare") or subprocess.run([*before, "true"], timeout=120).returncode:
         pytest.skip("this user may not mount a folder over another")
     with scheduler(tmp_path) as (_, address), workers(address, tmp_path, before=before):
         with DaskCluster(address) as cluster, pytest.raises(StoreError) as caught:

@@ -67,13 +67,13 @@ def test_a_job_that_ends_is_replaced_and_the_table_is_that_of_one_machine(
     monkeypatch.setattr("gaitlab.running.dask_connection.REFILL_PERIOD", 3.0)
     (tmp_path / "cluster.yaml").write_text(FILE)
     there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
-    progress, wanted = Cancelling(slurm, after=10), sweeps.experiment(seeds=8)
+    progress, wanted = Cancelling(slurm, after=10), sweeps.experiment(seeds=6)
     with DaskCluster("slurm") as cluster:
         assert cluster.workers == 3
         summary = dispatch(wanted, there, jobs=0, cluster=cluster, progress=progress)
     assert (summary.left, summary.failed) == (0, 0)
     assert len(progress.jobs) == 3, "two, and one in the place of the first"
-    sweeps.run(here, seeds=8)
+    sweeps.run(here, seeds=6)
     assert sweeps.content(there) == sweeps.content(here)
     slurm.wait_until_empty(60.0)
 

@@ -29,6 +29,7 @@ from tests.pretended import (
     pretend_late,
     pretend_well,
 )
+from tests.reliability.drivers import line_of
 
 ROOT = Path(__file__).parent.parent
 CELLS = 24
@@ -238,7 +239,7 @@ def driver(store: Store, pause: float | Path = 0.1) -> Iterator[subprocess.Popen
     ) as process:
         try:
             assert process.stdout is not None
-            assert process.stdout.readline() == "ready\n"
+            assert line_of(process.stdout) == "ready\n"
             yield process
         finally:
             process.kill()

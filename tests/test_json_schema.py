@@ -311,7 +311,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     running = Server(program, folder)
     yield running
     running.process.kill()
-    running.process.communicate()
+    running.process.communicate(timeout=30.0)
 
 
 @pytest.mark.long

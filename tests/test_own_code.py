@@ -349,7 +349,9 @@ def test_another_process_finds_the_same_names(tmp_path: Path) -> None:
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(gaitlab.__file__).parent.parent)}
     command = [sys.executable, "-c", program, str(path)]
-    there = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    there = subprocess.run(
+        command, capture_output=True, text=True, check=True, env=environment, timeout=120
+    )
     assert there.stdout.split() == ids(path)
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import re
+import select
 import shlex
 import subprocess
 import sys
@@ -227,10 +228,14 @@ def on_a_terminal(store: Path, **environment: str) -> str:
         os.close(end)
         written = b""
         try:
-            while part := os.read(driver, 1 << 16):
-                written += part
+            while select.select([driver], [], [], 60.0)[0]:
+                written += os.read(driver, 1 << 16)
+            raise AssertionError("the run is silent")
         except OSError:  # how a terminal says that its last user has gone
             os.close(driver)
+            process.wait(60.0)
+        finally:
+            process.kill()
     assert process.returncode == 0, written
     return written.decode()
 
@@ -256,7 +261,13 @@ def test_a_dumb_terminal_gets_no_escapes(tmp_path: Path) -> None:
 def test_a_reader_of_the_events_that_goes_away_stops_no_run(tmp_path: Path) -> None:
     command = shlex.join([sys.executable, "-c", PROGRAM, str(tmp_path), "--json-lines"])
     done = subprocess.run(
-        f"{command} | head -1", shell=True, cwd=ROOT, capture_output=True, text=True, check=True
+        f"{command} | head -1",
+        shell=True,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
     )
     assert json.loads(done.stdout)["event"] == "start"
     assert "Traceback" not in done.stderr

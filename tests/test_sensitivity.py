@@ -10,7 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitlab.experiment.design import unit_points
-from gaitlab.statistics import Sensitivity, fewest_points, sensitivity_of, sign_shares
+from gaitlab.statistics.sensitivity import (
+    Sensitivity,
+    fewest_points,
+    sensitivity_of,
+    sign_shares,
+)
 from gaitlab.statistics.surrogate import _loss, fit_process, quality
 
 POINTS = unit_points("sobol", 64, 4, 1)

@@ -16,6 +16,7 @@ import pytest
 from gaitlab.errors import StoreError, UnknownName, UsageError, WrongValue
 from gaitlab.store import Store
 from tests import recorded
+from tests.reliability.drivers import line_of
 
 
 @pytest.fixture
@@ -350,7 +351,7 @@ def hold(store: Store) -> subprocess.Popen[str]:
         text=True,
     )
     assert process.stdout is not None
-    assert process.stdout.readline() == "held\n"
+    assert line_of(process.stdout) == "held\n"
     return process
 
 
@@ -365,7 +366,7 @@ def test_a_second_run_is_refused_by_name_and_readers_are_not(store: Store) -> No
         with store.writing("another"):
             commit(store, 2)
         assert len(store.states()) == 2
-        process.communicate("")
+        process.communicate("", timeout=60.0)
     with store.writing("sweep"), store.writing("another"):
         commit(store, 3)
     with store.alone():
@@ -375,7 +376,7 @@ def test_a_second_run_is_refused_by_name_and_readers_are_not(store: Store) -> No
 def test_a_lock_dies_with_its_holder(store: Store) -> None:
     with hold(store) as process:
         os.kill(process.pid, signal.SIGKILL)
-        process.wait()
+        process.wait(30.0)
     with store.writing("sweep"):
         pass
 
@@ -388,4 +389,4 @@ def test_a_copied_store_is_a_store(store: Store, tmp_path: Path) -> None:
         copy = Store(tmp_path / "copy")
         with copy.writing("sweep"):
             assert copy.table().equals(store.table())
-        process.communicate("")
+        process.communicate("", timeout=60.0)

@@ -92,7 +92,7 @@ class Night:
         return subprocess.run(
             ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", script],
             cwd=self.folder, env=self.environment(**more), capture_output=True, text=True,
-            check=False,
+            check=False, timeout=120,
         )  # fmt: skip
 
     def check(self, **more: str) -> tuple[str, str, str]:
@@ -220,7 +220,11 @@ def test_the_units_of_systemd_are_sound() -> None:
         pytest.skip("systemd is not here")
     units = [CONTRIB / f"gaitlab-nightly.{kind}" for kind in ("service", "timer")]
     done = subprocess.run(
-        ["systemd-analyze", "verify", *map(str, units)], capture_output=True, text=True, check=False
+        ["systemd-analyze", "verify", *map(str, units)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
     )
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -1,6 +1,7 @@
 """Shares and means with their uncertainty, tests between two treatments, and what n can tell.
 
 The only pairing by seed and the only verdict are in `compare`. No robot and no page is known.
+`sensitivity` is imported by its own name: it needs libraries for whose start no run should pay.
 """
 
 from gaitlab.statistics.clusters import clustered_rank_sum, sign_flip
@@ -40,15 +41,6 @@ from gaitlab.statistics.proportions import (
     stable_cell,
     wilson,
 )
-from gaitlab.statistics.sensitivity import (
-    Estimate,
-    QuantityEffect,
-    Sensitivity,
-    SignShares,
-    fewest_points,
-    sensitivity_of,
-    sign_shares,
-)
 from gaitlab.statistics.threshold import HalfPoint, half_point
 
 __all__ = [
@@ -58,16 +50,12 @@ __all__ = [
     "Alternative",
     "Contrast",
     "Count",
-    "Estimate",
     "HalfPoint",
     "Interval",
     "Key",
     "Match",
-    "QuantityEffect",
     "Runs",
-    "Sensitivity",
     "Side",
-    "SignShares",
     "Verdict",
     "clustered_rank_sum",
     "contrast",
@@ -76,7 +64,6 @@ __all__ = [
     "difference_of_proportions",
     "distance_difference",
     "efficiency",
-    "fewest_points",
     "half_point",
     "holm",
     "judged",
@@ -85,9 +72,7 @@ __all__ = [
     "paired_difference",
     "runs_of",
     "seed_interval",
-    "sensitivity_of",
     "sign_flip",
-    "sign_shares",
     "stability_percent",
     "stable_cell",
     "values_for_mean",

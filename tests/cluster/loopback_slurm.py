@@ -96,12 +96,15 @@ def loopback_slurm(folder: Path, *, cpus: int) -> Iterator[LoopbackSlurm]:
     slurm = LoopbackSlurm(folder=folder, cpus=cpus)
     mark = str(slurm.configuration)
     warden = [sys.executable, "-m", "tests.cluster.loopback_slurm", mark]
-    with subprocess.Popen(warden, stdin=subprocess.PIPE, cwd=ROOT, start_new_session=True):
+    with subprocess.Popen(
+        warden, stdin=subprocess.PIPE, cwd=ROOT, start_new_session=True
+    ) as process:
         try:
             slurm.start()
             yield slurm
         finally:
             kill_all(lambda: marked(mark))
+            process.kill()  # what it is there for is done
             slurm.reap()
 
 

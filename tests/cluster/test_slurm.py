@@ -21,11 +21,11 @@ from tests.cluster.loopback_slurm import (
     LoopbackSlurm,
     marked,
 )
-from tests.reliability.drivers import until
+from tests.reliability.drivers import line_of, until
 
 DATA = ROOT / "tests" / "data"
-SHARDS, TRIALS = 8, 200
-DEATHS, BETWEEN = 3, (5, 40)  # and how many trials are committed from one to the next
+SHARDS, TRIALS = 5, 100  # one more than the node has processors
+DEATHS, BETWEEN = 3, (5, 20)  # and how many trials are committed from one to the next
 LIMITS = (
     *("1", "90", "90:30", "1:30:00", "100:00:00", "1-12", "1-12:30", "1-12:30:59", "0-1"),
     *("0:30", "1:2:3:4", "x", "1:2:x", "1-1:1:1:1", "1.5", "1 2", "1-1-1"),
@@ -82,7 +82,7 @@ class Watched:
 
     def __exit__(self, *error: object) -> None:
         self._over.set()
-        self._thread.join()
+        self._thread.join(30.0)
         self._look()
 
     def wait_for(self, trials: int, seconds: float) -> None:
@@ -137,8 +137,10 @@ def test_a_node_that_dies_again_and_again_leaves_the_table_of_one_machine(
     assert {len(files) for files in watched.files.values()} == {1}, "a trial is committed once"
     assert len(watched.files) == TRIALS
 
-    assert [page.parent.name for page in many.glob("reports/*/README.md")] == ["stand+seeds-200"]
-    status = gaitlab(slurm, many, "status", "stand+seeds-200")
+    assert [page.parent.name for page in many.glob("reports/*/README.md")] == [
+        f"stand+seeds-{TRIALS}"
+    ]
+    status = gaitlab(slurm, many, "status", f"stand+seeds-{TRIALS}")
     assert status.stdout.count(" done ") == SHARDS + 1, "and the head of a column"
 
 
@@ -211,9 +213,11 @@ def test_no_daemon_outlives_the_tests_however_they_end(tmp_path: Path) -> None:
     command = [sys.executable, "-c", begun, str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as tests:
         assert tests.stdout is not None
-        if tests.stdout.readline() != "up\n":
-            pytest.skip("SLURM is not installed")
-        assert marked(mark)
-        tests.kill()
+        try:
+            if line_of(tests.stdout) != "up\n":
+                pytest.skip("SLURM is not installed")
+            assert marked(mark)
+        finally:
+            tests.kill()
     assert until(lambda: not marked(mark))
     shutil.rmtree(folder)

@@ -72,7 +72,10 @@ def start(script: str, task: int) -> subprocess.Popen[str]:
 
 def run(script: str, task: int) -> tuple[int, str]:
     with start(script, task) as process:
-        out, err = process.communicate(timeout=120.0)
+        try:
+            out, err = process.communicate(timeout=120.0)
+        finally:
+            process.kill()
     return process.returncode, out + err
 
 
@@ -97,7 +100,7 @@ def test_whatever_a_folder_is_called_the_command_is_the_one_that_was_typed(
     cwd.mkdir()
     typed = ["walk.yaml", "--set", f"name={name}", "--store", name]
     script = job(cwd, sys.executable, "-c", SAY, arguments=shlex.join(typed)).script()
-    done = subprocess.run(["bash", "-n"], input=script, text=True, check=False)
+    done = subprocess.run(["bash", "-n"], input=script, text=True, check=False, timeout=120)
     assert done.returncode == 0
     for task in (0, 3):
         code, out = run(script, task)
@@ -114,7 +117,12 @@ def test_whatever_a_folder_is_called_the_command_is_the_one_that_was_typed(
 def test_shellcheck_has_nothing_to_say_about_a_script(folder: Folder) -> None:
     script = folder.script(FILE, "--shards", "3", "--mem", "2G", "--sbatch=--exclusive")
     done = subprocess.run(
-        ["shellcheck", "-"], input=script, text=True, capture_output=True, check=False
+        ["shellcheck", "-"],
+        input=script,
+        text=True,
+        capture_output=True,
+        check=False,
+        timeout=120,
     )
     assert done.stdout == ""
 

@@ -249,7 +249,7 @@ def test_killed_and_run_again_it_runs_no_program_twice_for_what_is_kept(
     while len([*tmp_path.glob(".gaitlab/programs/*.csv")]) < 2 and time.monotonic() < until:
         time.sleep(0.05)
     os.kill(started.pid, signal.SIGKILL)
-    started.wait()
+    started.wait(30.0)
     assert count(runs) == 2
     assert not (tmp_path / "data" / "trials").exists()
     (tmp_path / "ours.yaml").write_text(file.read_text().replace(", 0.02]", "]"))

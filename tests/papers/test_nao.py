@@ -201,10 +201,10 @@ def test_without_a_store_the_page_says_what_to_run_and_still_shows_all_that_is_c
 
 @pytest.mark.long
 def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
-    """Settings are really walked in both engines, one seed and one cycle each."""
+    """Settings are really walked in both engines, one seed and 0.3 s each."""
     store = Store(tmp_path / "store")
     for name in ("nao_frontal_shift", "nao_confirmed"):
-        short = load_experiment(SHIPPED / f"{name}.yaml", ["horizon.cycles=1.0"], seeds=1)
+        short = load_experiment(SHIPPED / f"{name}.yaml", ["horizon.time=0.3"], seeds=1)
         experiment = replace(short, form="")  # as if the file itself said so
         planned = list(plan(experiment).trials())
         store.register(experiment, planned)

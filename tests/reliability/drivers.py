@@ -9,16 +9,19 @@ from __future__ import annotations
 import json
 import os
 import random
+import select
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 ROOT = Path(__file__).parent.parent.parent
+PATIENCE = 120.0  # s for what takes a second or two on an idle machine
 EVENTS = ("open", "os.rename", "os.remove", "os.mkdir", "os.truncate", "os.scandir")
 
 
@@ -53,26 +56,35 @@ class Drivers:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         print(json.dumps(request), file=self._process.stdin, flush=True)
-        return int(self._process.stdout.readline())
+        return int(line_of(self._process.stdout))
 
 
 @contextmanager
 def drivers() -> Iterator[Drivers]:
     """The process that forks drivers, while the block runs."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tests.reliability.drivers"],
-        cwd=ROOT,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    while process.stdout.readline() not in ("ready\n", ""):
-        continue
-    try:
-        yield Drivers(process)
-    finally:
-        process.communicate(timeout=60.0)
+    command = [sys.executable, "-m", "tests.reliability.drivers"]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert line_of(process.stdout) == "ready\n"
+            yield Drivers(process)
+            process.communicate(timeout=PATIENCE)
+        finally:
+            process.kill()
+
+
+def line_of(stream: IO[str], seconds: float = PATIENCE) -> str:
+    """The next line of a process that prints one and waits.
+
+    Raises:
+        AssertionError: If the process ends or says nothing for so long.
+    """
+    assert select.select([stream], [], [], seconds)[0], f"no word within {seconds:.0f} s"
+    line = stream.readline()
+    assert line, "it ended without a word"
+    return line
 
 
 def until(condition: Callable[[], bool], seconds: float = 30.0) -> bool:
@@ -107,7 +119,8 @@ def _serve() -> None:
     from tests.reliability import sweeps
 
     # Whatever the first command imports and remembers, no driver needs to.
-    run_command_line(["run", str(sweeps.FILE), "--dry-run", "--json", "--store", "nowhere"])
+    with redirect_stdout(StringIO()):
+        run_command_line(["run", str(sweeps.FILE), "--dry-run", "--json", "--store", "nowhere"])
     print("ready", flush=True)
     for line in sys.stdin:
         request = json.loads(line)

@@ -107,8 +107,9 @@ def test_a_run_whose_terminal_goes_away_ends_as_if_it_had_not(store: Store, tmp_
     assert until(lambda: sweeps.committed(store) >= 2, seconds=60.0)
     there = sweeps.committed(store)
     hang_up(terminal)
-    reading.join()
+    reading.join(60.0)
     assert there < TRIALS
+    assert until(lambda: not runs(pid), seconds=60.0)
     _, status = os.waitpid(pid, 0)
     assert not os.WIFSIGNALED(status), "SIGHUP did not kill it"
     assert sweeps.content(store) == sweeps.content(undisturbed(tmp_path))
@@ -139,4 +140,8 @@ def test_a_reader_that_goes_away_stops_no_run(store: Store) -> None:
     with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.PIPE) as process:
         assert process.stderr is not None
         process.stderr.close()
+        try:
+            process.wait(120.0)
+        finally:
+            process.kill()
     assert sweeps.committed(store) == TRIALS

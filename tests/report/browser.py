@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 import tarfile
@@ -61,6 +62,7 @@ class Browser:
 
     def _message(self) -> dict[str, Any]:
         while b"\0" not in self._rest:
+            assert select.select([self._back], [], [], 60.0)[0], "the browser is silent"
             more = os.read(self._back, 1 << 20)
             assert more, "the browser has gone"
             self._rest += more
@@ -140,7 +142,7 @@ def browser(
         yield Browser(to, back)
     finally:
         process.kill()
-        process.wait()
+        process.wait(30.0)
         os.close(to)
         os.close(back)
 

@@ -166,7 +166,7 @@ def test_ten_kills_at_random_instants_leave_no_trace(whole: Store, store: Store)
         time.sleep(chance.uniform(0.0, 0.05))
         assert process.pid is not None
         os.kill(process.pid, signal.SIGKILL)
-        process.join()
+        process.join(30.0)
         assert process.exitcode == -signal.SIGKILL, "it was still searching"
     search(store)
     assert told(store) == told(whole)
@@ -333,7 +333,7 @@ def test_a_killed_search_of_real_walks_is_the_undisturbed_one(folder: Path) -> N
         time.sleep(0.01)
     assert process.pid is not None
     os.kill(process.pid, signal.SIGKILL)
-    process.join()
+    process.join(30.0)
     for store in (killed, whole):
         search(store, *REAL, task=simulated)
     assert told(killed, *REAL) == told(whole, *REAL)

@@ -93,7 +93,7 @@ def test_what_a_killed_coordinator_left_is_taken_over(server: str, folder: Path)
         time.sleep(0.02)
     assert killed.pid is not None
     os.kill(killed.pid, signal.SIGKILL)
-    killed.join()
+    killed.join(30.0)
     search(Store(folder / "two"), *settings, storage=server)
     undisturbed = Store(folder / "three")
     search(undisturbed, *settings)

@@ -23,20 +23,14 @@ from gaitlab.report.markdown import details, escape, image, table
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.results import Results
 from gaitlab.report.words import path_text, plural, share, surface_text, with_unit
-from gaitlab.statistics import (
-    Contrast,
+from gaitlab.statistics import Contrast, Interval, Side, contrast, judged, runs_of, wilson
+from gaitlab.statistics.sensitivity import (
     Estimate,
-    Interval,
     QuantityEffect,
     Sensitivity,
-    Side,
-    contrast,
     fewest_points,
-    judged,
-    runs_of,
     sensitivity_of,
     sign_shares,
-    wilson,
 )
 
 OPTIONS = (
