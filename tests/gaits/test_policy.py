@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -103,12 +104,12 @@ def require_imitation(walk: Trial, folder: Path) -> bool:
 def test_a_network_fitted_to_a_gait_walks_as_the_gait_does(engine: str, tmp_path: Path) -> None:
     if engine == "mujoco":
         pytest.importorskip("mujoco")
+    walks = list(product(("hard_floor", "carpet_4mm", "grass_50mm"), (0.02, 0.06, 0.12)))
     verdicts = [
         require_imitation(
             trial(surface, cycles=3.0, step_length=step, engine={"name": engine}), tmp_path
         )
-        for surface in ("hard_floor", "carpet_4mm", "grass_50mm")
-        for step in (0.02, 0.06, 0.12)
+        for surface, step in (walks if engine == "mujoco" else walks[::2])  # corners and centre
     ]
     assert len(set(verdicts)) == 2, "some walk and some fall"
 
