@@ -173,6 +173,6 @@ def test_asking_for_joints_loads_no_physics() -> None:
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=300,
     )
     assert done.stdout.splitlines()[-1] == "[]"

@@ -301,7 +301,7 @@ def test_a_reader_that_has_gone_changes_no_exit_code(tmp_path: Path, command, co
     read, write = os.pipe()
     os.close(read)
     words = [sys.executable, "-m", "gaitlab", *command]
-    done = subprocess.run(words, stdout=write, stderr=write, cwd=tmp_path, timeout=120)
+    done = subprocess.run(words, stdout=write, stderr=write, cwd=tmp_path, timeout=300)
     os.close(write)
     assert done.returncode == code
 

@@ -137,7 +137,7 @@ def test_every_step_of_the_guide_to_ones_own_walk_works(tmp_path: Path) -> None:
     assert {words[0] for words in steps} == {"python3", "gaitlab"}
     for words in steps:
         if words[0] == "python3":
-            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True, timeout=120)
+            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True, timeout=300)
             continue
         done = gaitlab(*words[1:], folder=tmp_path)
         assert done.returncode == 0, f"{words}: {done.stderr}"
@@ -174,7 +174,7 @@ def test_every_step_of_the_guide_to_ones_own_policy_works(tmp_path: Path) -> Non
     lines = [line.split(" #")[0].strip() for line in "".join(blocks(page, "sh")).splitlines()]
     for words in (shlex.split(line) for line in lines if line):
         if words[0] == "python3":
-            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True, timeout=120)
+            subprocess.run([sys.executable, *words[1:]], cwd=tmp_path, check=True, timeout=300)
             continue
         done = gaitlab(*words[1:], folder=tmp_path)
         assert done.returncode == 0, f"{words}: {done.stderr}"

@@ -350,7 +350,7 @@ def test_another_process_finds_the_same_names(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(Path(gaitlab.__file__).parent.parent)}
     command = [sys.executable, "-c", program, str(path)]
     there = subprocess.run(
-        command, capture_output=True, text=True, check=True, env=environment, timeout=120
+        command, capture_output=True, text=True, check=True, env=environment, timeout=300
     )
     assert there.stdout.split() == ids(path)
 

@@ -51,7 +51,7 @@ def test_a_wheel_holds_what_is_shipped_and_the_licence(tmp_path) -> None:
     pytest.importorskip("hatchling", reason="hatchling builds the wheel")
     root = plugins.PACKAGE.parent
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
-    subprocess.run(build, cwd=root, check=True, capture_output=True, timeout=120)
+    subprocess.run(build, cwd=root, check=True, capture_output=True, timeout=300)
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as content:
         held = content.namelist()

@@ -267,7 +267,7 @@ def test_a_reader_of_the_events_that_goes_away_stops_no_run(tmp_path: Path) -> N
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=300,
     )
     assert json.loads(done.stdout)["event"] == "start"
     assert "Traceback" not in done.stderr

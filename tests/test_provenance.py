@@ -40,7 +40,7 @@ def test_every_file_that_a_trial_loads_decides_whether_it_still_counts() -> None
     done = subprocess.run(
         [sys.executable, "-c", LOADED],
         input=json.dumps(list(trials.values())), capture_output=True, check=True, text=True,
-        timeout=120,
+        timeout=300,
     )  # fmt: skip
     loaded = {Path(file) for file in json.loads(done.stdout)}
     own = {file for file in loaded if file.is_relative_to(provenance.PACKAGE)}

@@ -92,7 +92,7 @@ class Night:
         return subprocess.run(
             ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", script],
             cwd=self.folder, env=self.environment(**more), capture_output=True, text=True,
-            check=False, timeout=120,
+            check=False, timeout=300,
         )  # fmt: skip
 
     def check(self, **more: str) -> tuple[str, str, str]:
@@ -224,7 +224,7 @@ def test_the_units_of_systemd_are_sound() -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=300,
     )
     assert (done.returncode, done.stderr) == (0, "")
 

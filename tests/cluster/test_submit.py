@@ -73,7 +73,7 @@ def start(script: str, task: int) -> subprocess.Popen[str]:
 def run(script: str, task: int) -> tuple[int, str]:
     with start(script, task) as process:
         try:
-            out, err = process.communicate(timeout=120.0)
+            out, err = process.communicate(timeout=300)
         finally:
             process.kill()
     return process.returncode, out + err
@@ -100,7 +100,7 @@ def test_whatever_a_folder_is_called_the_command_is_the_one_that_was_typed(
     cwd.mkdir()
     typed = ["walk.yaml", "--set", f"name={name}", "--store", name]
     script = job(cwd, sys.executable, "-c", SAY, arguments=shlex.join(typed)).script()
-    done = subprocess.run(["bash", "-n"], input=script, text=True, check=False, timeout=120)
+    done = subprocess.run(["bash", "-n"], input=script, text=True, check=False, timeout=300)
     assert done.returncode == 0
     for task in (0, 3):
         code, out = run(script, task)
@@ -122,7 +122,7 @@ def test_shellcheck_has_nothing_to_say_about_a_script(folder: Folder) -> None:
         text=True,
         capture_output=True,
         check=False,
-        timeout=120,
+        timeout=300,
     )
     assert done.stdout == ""
 

@@ -34,7 +34,7 @@ def mounted(*words: str) -> bool:
     try:
         return (
             subprocess.run(
-                [*sudo, *words], capture_output=True, check=False, timeout=120
+                [*sudo, *words], capture_output=True, check=False, timeout=300
             ).returncode
             == 0
         )
@@ -124,7 +124,7 @@ def test_a_quota_on_the_length_of_files_is_a_full_disk_too(tmp_path: Path) -> No
         text=True,
         check=False,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
-        timeout=120,
+        timeout=300,
     )
     assert done.returncode == 7, done.stderr
     assert "`ulimit -f`" in done.stderr
@@ -180,7 +180,7 @@ def without_privilege() -> list[str]:
 
 def gaitlab_alone(*arguments: str) -> subprocess.CompletedProcess[str]:
     words = [*without_privilege(), sys.executable, "-m", "gaitlab", *arguments]
-    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False, timeout=120)
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
 
 
 def forbidden(path: Path, mode: int, check: Callable[[], None]) -> None:

@@ -73,7 +73,7 @@ class Machine:
         script = "\n".join(["set -e", *self.before, f"exec {command}"])
         done = subprocess.run(
             ["unshare", "-m", "bash", "-c", script], env=self.environment, cwd=self.folder,
-            capture_output=True, text=True, timeout=240, check=False,
+            capture_output=True, text=True, timeout=400, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         assert not [name for name in NAMES if name in done.stderr.lower()], done.stderr
