@@ -25,9 +25,11 @@ from gaitlab.papers import nao_effects
 from gaitlab.papers.nao_effects import fifteen, final, final_gait, paper_leg, straight
 from gaitlab.papers.nao_sweeps import (
     PERIOD,
+    VERDICTS,
     Setting,
     Walked,
     criterion,
+    doubts,
     pictures,
     sweeps,
     table,
@@ -45,6 +47,7 @@ from gaitlab.papers.page import (
 )
 from gaitlab.papers.printed import rows
 from gaitlab.papers.walks import not_simulated
+from gaitlab.report.markdown import table as markdown_table
 from gaitlab.robots.nao import Robot
 
 DATA = Path("data")
@@ -76,16 +79,23 @@ def audit(store: Path = DATA) -> Page:
 
 def summary(found: Sequence[Walked], store: Path) -> str:
     """What agrees, what does not and what cannot be decided."""
-    choices = [f"- {verdict(sweep, one, store)}" for sweep in sweeps() for one in found]
+    verdicts = [row for sweep in sweeps() for one in found if (row := verdict(sweep, one))]
+    missing = [
+        f"- {sweep.title}, {one.engine}: {not_simulated('nao', store, one.run(sweep))}"
+        for sweep in sweeps()
+        for one in found
+        if not verdict(sweep, one)
+    ]
     everything = [setting for one in found for its in one.sweeps.values() for setting in its]
     blocks = [
         text_of("nao", "summary"),
         criterion(everything),
         "## Which of the three choices the simulation supports",
+        markdown_table(VERDICTS, verdicts, "llc") if verdicts else "",
+        "\n".join(missing),
         "Supported means: walks as often as any other setting, and its load fluctuates less than "
         "every other's, in pairs of equal seed. The comparisons of all three choices in both "
-        "engines are one family (Holm).",
-        "\n".join(choices),
+        f"engines are one family (Holm). {doubts(found)}",
         *(_period_sentence(one, store) for one in found),
     ]
     return "\n\n".join(block for block in blocks if block)

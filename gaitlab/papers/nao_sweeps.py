@@ -20,7 +20,6 @@ from gaitlab.log.sensing import READING, load_index_signal, normalised_zmp_signa
 from gaitlab.papers.nao_effects import final_gait, straight
 from gaitlab.papers.page import Picture, Table
 from gaitlab.papers.printed import rows as published
-from gaitlab.papers.walks import not_simulated
 from gaitlab.render.figure_style import BLUE, FAINT, VERMILLION, new_figure, save, style
 from gaitlab.robots.nao import Robot
 from gaitlab.statistics import (
@@ -263,10 +262,22 @@ def table(sweep: NaoSweep, one: Walked) -> Table:
         [f"{s.value:g}{marked[s.value == sweep.chosen]}", *_walked(s), *_measured(s)]
         for s in one[sweep]
     ]
+    if sweep.chosen is not None:
+        header.insert(4, "the choice less this")
+        for row, s in zip(body, one[sweep], strict=True):
+            row.insert(4, _gap_told(one.gaps.get((sweep.experiment, s.value))))
     number = f"Table {sweep.table[-1]}, " if sweep.table else ""
     title = f"{number}{sweep.title} {sweep.symbol}, in {one.engine}"
     text = f"`gaitlab run {one.run(sweep)}`"
     return Table(title=title, text=text, header=header, rows=body)
+
+
+def _gap_told(gap: Contrast | None) -> str:
+    """By how much the choice fluctuates more, in bold where that is told from nothing."""
+    if gap is None or not isfinite(gap.interval.high - gap.interval.low):
+        return "–"
+    told = f"{gap.difference:+.2f} [{gap.interval.low:+.2f}, {gap.interval.high:+.2f}]"
+    return f"**{told}**" if gap.verdict in ("better", "worse") else told
 
 
 def _walked(setting: Setting) -> list[str]:
@@ -317,36 +328,47 @@ def criterion(found: Sequence[Setting]) -> str:
     )
 
 
-def verdict(sweep: NaoSweep, one: Walked, store: Path) -> str:
-    """Whether the simulation supports the paper's choice, with its numbers, as a sentence."""
-    name = f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}, {one.engine}"
+VERDICTS = (
+    *("choice of the paper", "engine", "supported", "walks", "other settings walk"),
+    *("load fluctuates by", "less than", "more than"),
+)
+
+
+def verdict(sweep: NaoSweep, one: Walked) -> list[str]:
+    """Whether an engine supports the paper's choice, a row of `VERDICTS`; empty if not walked."""
     found = one[sweep]
     chosen = next((s for s in found if s.value == sweep.chosen), None)
     others = [s for s in found if s.value != sweep.chosen]
     if chosen is None or not others:
-        return f"**{name}**: {not_simulated('nao', store, one.run(sweep))}"
+        return []
     gaps = [one.gaps[sweep.experiment, other.value] for other in others]
     better, worse = (sum(gap.verdict == word for gap in gaps) for word in ("better", "worse"))
     stands = chosen.share >= max(s.share for s in found)
-    word = "supported" if better == len(others) and stands else "not supported"
-    told = "; ".join(
-        f"{other.value:g} {sweep.unit}: {gap.difference:+.2f} "
-        f"[{gap.interval.low:+.2f}, {gap.interval.high:+.2f}]"
-        for other, gap in zip(others, gaps, strict=True)
-    )
-    walked = ", ".join(f"{s.walked} of {len(s.trials)}" for s in others)
-    open_ones = [f"{s.value:g} {sweep.unit}" for s in found if s.open]
-    doubt = (
-        f" The interval of the share that walks holds one half at {', '.join(open_ones)}."
-        if open_ones
-        else ""
-    )
-    return (
-        f"**{name}: {word}.** It walks in {_walked(chosen)[0]} trials ({_walked(chosen)[1]}), the "
-        f"other settings in {walked}.{doubt} Its load fluctuates by {_measured(chosen)[0]}, less "
-        f"than {better} and more than {worse} of the {len(others)} others (its fluctuation less "
-        f"theirs: {told})."
-    )
+    counts = list(dict.fromkeys(_walked(other)[0] for other in others))
+    return [
+        f"{sweep.symbol} = {sweep.chosen:g} {sweep.unit}",
+        one.engine,
+        "**yes**" if better == len(others) and stands else "no",
+        "{} ({})".format(*_walked(chosen)),
+        ", ".join(counts),
+        _measured(chosen)[0],
+        f"{better} of {len(others)}",
+        f"{worse} of {len(others)}",
+    ]
+
+
+def doubts(found: Sequence[Walked]) -> str:
+    """The settings whose share that walks has an interval that holds one half, as a sentence."""
+    named = [
+        f"{sweep.symbol} = {s.value:g} {sweep.unit} in {one.engine}"
+        for one in found
+        for sweep in (*sweeps(), PERIOD)
+        for s in one[sweep]
+        if s.open
+    ]
+    if not named:
+        return "No share of walks has an interval that holds one half."
+    return f"The interval of the share that walks holds one half at {', '.join(named)}."
 
 
 def _gap(other: Setting, chosen: Setting) -> Contrast:
@@ -368,14 +390,13 @@ SHOWN_SEED, SHOWN_CYCLES = 0, 2  # of which the charts are drawn
 
 
 def pictures(store: Path) -> list[Picture]:
-    """Charts 1 to 7 of the paper as far as the store has their trials."""
+    """Charts 1 to 7 of the paper as far as the store has walks of a cycle or more for them."""
     drawn: list[Picture] = []
-    for number, sweep in enumerate(sweeps()):
-        found = settings(sweep, store)
+    walked = [[s for s in settings(sweep, store) if _shown_log(s, store)] for sweep in sweeps()]
+    for number, (sweep, found) in enumerate(zip(sweeps(), walked, strict=True)):
         for axis in range(2) if found else ():
             drawn.append(_chart(2 * number + axis + 1, sweep, found, axis, store))
-    first = sweeps()[0]
-    final = next((s for s in settings(first, store) if s.value == first.chosen), None)
+    final = next((s for s in walked[0] if s.value == sweeps()[0].chosen), None)
     return [*drawn, _last_chart(final, store)] if final else drawn
 
 
@@ -407,8 +428,7 @@ def _last_chart(final: Setting, store: Path) -> Picture:
 
 def _draw_last(final: Setting, store: Path, folder: Path, name: str) -> object:
     log = _shown_log(final, store)
-    if log is None:
-        return None
+    assert log is not None
     rows = _shown_rows(log)
     time = _signal("", log, 0).time
     load = Signal(label="load", time=time, value=load_index_signal(log, rows))

@@ -27,11 +27,13 @@ from gaitlab.papers.nao_effects import (
 from gaitlab.papers.nao_effects import standing as standing_leg
 from gaitlab.papers.nao_sweeps import (
     PERIOD,
+    VERDICTS,
     NaoSweep,
     Setting,
     Walked,
     compared,
     criterion,
+    doubts,
     settings,
     sweeps,
     table,
@@ -130,9 +132,11 @@ def test_the_shipped_experiment_walks_every_setting_of_the_paper_s_table(sweep) 
 def test_a_choice_that_fluctuates_least_and_always_walks_is_supported() -> None:
     sweep = sweeps()[0]
     found = [setting(value, 0.5 if value == sweep.chosen else 1.0) for value in sweep.values([])]
-    text = verdict(sweep, alone(sweep, found), STORE)
-    assert text.startswith("**h = 18 mm, MuJoCo: supported.**")
-    assert "less than 4 and more than 0" in text
+    told = dict(zip(VERDICTS, verdict(sweep, alone(sweep, found)), strict=True))
+    assert (told["choice of the paper"], told["engine"]) == ("h = 18 mm", "MuJoCo")
+    assert (told["supported"], told["less than"], told["more than"]) == (
+        "**yes**", "4 of 4", "0 of 4",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -146,8 +150,8 @@ def test_a_choice_that_is_no_better_or_falls_more_is_not_supported(
         setting(value, fluctuation, fell=fell) if value == sweep.chosen else setting(value, 1.0)
         for value in sweep.values([])
     ]
-    text = verdict(sweep, alone(sweep, found), STORE)
-    assert text.startswith("**F = 55 mm, MuJoCo: not supported.**")
+    told = dict(zip(VERDICTS, verdict(sweep, alone(sweep, found)), strict=True))
+    assert (told["choice of the paper"], told["supported"]) == ("F = 55 mm", "no")
 
 
 def test_comparisons_of_all_choices_and_engines_are_one_family() -> None:
@@ -166,7 +170,7 @@ def test_a_share_whose_interval_holds_one_half_is_named() -> None:
     sweep = sweeps()[0]
     found = [setting(v, 1.0, fell=5 if v == 20.0 else 0) for v in sweep.values([])]
     assert [one.value for one in found if one.open] == [20.0]
-    assert "holds one half at 20 mm" in verdict(sweep, alone(sweep, found), STORE)
+    assert "h = 20 mm in MuJoCo" in doubts([alone(sweep, found)])
 
 
 def test_the_criterion_is_counted_over_trials_once_each() -> None:
@@ -201,10 +205,10 @@ def test_without_a_store_the_page_says_what_to_run_and_still_shows_all_that_is_c
 
 @pytest.mark.long
 def test_walks_in_a_store_become_tables_and_charts(tmp_path: Path) -> None:
-    """Settings are really walked in both engines, one seed and 0.3 s each."""
+    """Settings are really walked in both engines, one seed and a cycle, or 0.3 s, each."""
     store = Store(tmp_path / "store")
-    for name in ("nao_frontal_shift", "nao_confirmed"):
-        short = load_experiment(SHIPPED / f"{name}.yaml", ["horizon.time=0.3"], seeds=1)
+    for name, end in (("nao_frontal_shift", "cycles=1.0"), ("nao_confirmed", "time=0.3")):
+        short = load_experiment(SHIPPED / f"{name}.yaml", [f"horizon.{end}"], seeds=1)
         experiment = replace(short, form="")  # as if the file itself said so
         planned = list(plan(experiment).trials())
         store.register(experiment, planned)
