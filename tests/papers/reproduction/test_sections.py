@@ -10,6 +10,7 @@ import pytest
 
 from gaitlab.errors import UsageError, WrongValue
 from gaitlab.experiment import load_experiment
+from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction import Reproduction, load_reproduction
 from gaitlab.papers.reproduction.answers import answers
 from gaitlab.papers.reproduction.headline import (
@@ -25,9 +26,17 @@ from gaitlab.papers.reproduction.sections.agreement import agreement_section
 from gaitlab.papers.reproduction.sections.pitch import pitch_section, published_settings
 from gaitlab.papers.reproduction.sections.tables import tables_section
 from gaitlab.papers.reproduction.sections.variants import variants_section
-from gaitlab.papers.reproduction.together import shown_variants, together
+from gaitlab.papers.reproduction.together import (
+    called,
+    require_labels,
+    shown_variants,
+    together,
+)
+from gaitlab.report.gather import gather
 from gaitlab.report.results import Results
 from gaitlab.report.variants import Variant
+from gaitlab.store import Store
+from tests import pretended
 from tests.papers.reproduction.printed import (
     as_printed,
     context,
@@ -381,3 +390,22 @@ def test_the_shipped_page_has_its_answers_in_front() -> None:
     front = [each.title for each in whole.sections if not each.details]
     assert front[0] == "Tables 7 and 8"
     assert len(front) <= 4
+
+
+def test_every_name_that_a_shipped_section_calls_a_variant_by_is_one(tmp_path: Path) -> None:
+    """Whatever the members vary: a name that is none would end the report after all the walking."""
+    whole, store = load_reproduction("eros_reproduction", quick=True), Store(tmp_path / "data")
+    comparing = [each for each in whole.sections if each.kind == "variants"]
+    results = {}
+    for member in whole.members:
+        if any(member.name in each.experiments for each in comparing):
+            planned = next(iter(plan(member).trials())).trial
+            pretended.pretend_well(planned.id, planned.to_dict(), store.path)
+            results[member.name] = gather([member], store)
+    assert len(comparing) >= 6
+    for each in comparing:
+        shown = shown_variants(results, each.experiments, each.options["labels"])
+        require_labels(shown, each.options["labels"])
+        against = each.options["against"]
+        for name in (each.options["base"], *each.options["leave_out"], *against, *against.values()):
+            assert called(shown, name)
