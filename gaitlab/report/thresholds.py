@@ -68,7 +68,7 @@ def _groups(results: Results, paths: list[str]) -> Iterator[tuple[str, pd.DataFr
 def _at(trials: pd.DataFrame, path: str, sign: float) -> tuple[list[float], list[Count]]:
     """Levels to one side, rising from nothing, and how many survived each."""
     levels, counts = [], []
-    for level in sorted(sign * v for v in trials[path].unique() if sign * v >= 0.0):
+    for level in sorted(abs(v) for v in trials[path].unique() if sign * v >= 0.0):
         cell = cell_of(trials[trials[path] == sign * level])
         levels.append(level)
         counts.append(Count(cell.count(), cell.n))

@@ -66,6 +66,16 @@ def test_a_slope_has_two_sides() -> None:
     assert sides == {"uphill": ["6", "6"], "downhill": ["2", "2"]}
 
 
+def test_level_ground_is_zero_from_either_side() -> None:
+    def survives(level: float, ground: str, heel: str, seed: int) -> bool:
+        return level >= 0.0
+
+    found = rows(swept("slope.pitch", [-8.0, -4.0, 0.0, 4.0, 8.0], survives), "slope.pitch")
+    downhill = [c for name, cells in found.items() if name.endswith("downhill") for c in cells]
+    assert downhill
+    assert all("[0–4]" in cell for cell in downhill), downhill
+
+
 def test_it_is_the_same_wherever_the_push_stands_in_the_tables() -> None:
     def survives(level: float, ground: str, heel: str, seed: int) -> bool:
         return level < 1.0 + 0.1 * seed
