@@ -31,7 +31,9 @@ def draw_film(name: str, settings: list[str], begin: float, end: float | None) -
     trial = next(iter(plan(load_experiment("eros_table7", settings)).trials())).trial
     log = simulate(trial)
     clip = clip_of([log], begin=begin, end=end, fps=20.0)
-    write_replay([Recorded(trial.id, trial, log)], FOLDER / f"{name}.gif", clip, size=SIZE)
+    write_replay(
+        [Recorded(trial.id, trial, log)], FOLDER / f"{name}.gif", clip, size=SIZE, force=True
+    )
 
 
 if __name__ == "__main__":

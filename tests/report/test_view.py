@@ -19,7 +19,14 @@ from gaitlab.report.gather import gather
 from gaitlab.report.representative import worst
 from gaitlab.report.view import write_view
 from gaitlab.store import Store, TrialRecord
-from tests.report.browser import CHROMIUM, SOFTWARE_GL, browser
+from tests.report.browser import (
+    CHROMIUM,
+    SOFTWARE_GL,
+    Browser,
+    accessibility_rules,
+    browser,
+    serious,
+)
 from tests.search import searches
 from tests.walked import walked
 
@@ -222,18 +229,25 @@ def test_of_a_study_every_candidate_opens_and_the_winner_walks(tmp_path: Path) -
     assert written.page.read_text().count('id="plot"') == 1
 
 
+def drawn(tab: Browser, page: Path) -> None:
+    """Open a page and wait for its figure."""
+    tab.open(page)
+    tab.value("document.getElementById('plot').scrollIntoView()")
+    for _ in range(200):
+        if tab.value("document.getElementById('plot').dataset.drawn"):
+            return
+        tab.value("new Promise(r => setTimeout(() => r(1), 50))")
+    raise AssertionError("the figure is not drawn")
+
+
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
-def test_the_candidates_of_a_study_are_drawn_and_open(tmp_path: Path) -> None:
+def test_the_candidates_of_a_study_are_drawn_and_open_on_every_screen(tmp_path: Path) -> None:
+    rules = accessibility_rules(tmp_path)
     store = Store(tmp_path / "data")
     searches.search(store, task=walked_candidate)
     written = write_view(searches.study(), store, tmp_path / "out")
     with browser(tmp_path / "profile", more=SOFTWARE_GL) as tab:
-        tab.open(written.page)
-        tab.value("document.getElementById('plot').scrollIntoView()")
-        for _ in range(200):
-            if tab.value("document.getElementById('plot').dataset.drawn"):
-                break
-            tab.value("new Promise(r => setTimeout(() => r(1), 50))")
+        drawn(tab, written.page)
         panels = tab.value("document.querySelectorAll('#plot .cartesianlayer > .subplot').length")
         assert panels == len(page_data(written.page)["axes"])
         tab.value("document.querySelector('button[data-cell]').click()")
@@ -241,6 +255,16 @@ def test_the_candidates_of_a_study_are_drawn_and_open(tmp_path: Path) -> None:
         assert tab.value("document.querySelectorAll('#cell tbody tr').length") > 0
         assert not tab.problems
         assert tab.fetched == [written.page.resolve().as_uri()]
+        for width, scheme in ((1280, "light"), (390, "dark")):
+            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+            tab.ask("Emulation.setDeviceMetricsOverride", **size)
+            features = [{"name": "prefers-color-scheme", "value": scheme}]
+            tab.ask("Emulation.setEmulatedMedia", features=features)
+            drawn(tab, written.page)
+            assert tab.value("document.documentElement.scrollWidth") <= width
+            assert serious(tab, rules) == []
+            tab.value("document.querySelector('button[data-cell]').click()")
+            assert serious(tab, rules) == []
 
 
 def test_a_reproduction_leads_to_the_cells_of_its_members(
