@@ -51,9 +51,18 @@ schemas: $(VENV)/installed  ## write the schemas of the files anew, which editor
 	  $(BIN)/gaitlab schema $$kind --output docs/schema/$$kind.json >/dev/null || exit; \
 	done
 
-reports: $(VENV)/installed  ## make the published reports again, in about an hour
+reports: $(VENV)/installed  ## make the published reports again, in some two hours
 	@$(BIN)/gaitlab run eros_quick && $(BIN)/gaitlab report eros_quick
-	@$(BIN)/gaitlab run eros_reproduction && $(BIN)/gaitlab report eros_reproduction
+	@$(BIN)/gaitlab run eros_reproduction && $(BIN)/gaitlab run eros_confirmed && \
+	  $(BIN)/gaitlab report eros_reproduction
+	@for name in all_robots all_robots_walk; do $(BIN)/gaitlab run $$name --engine mujoco || exit; done; \
+	  $(BIN)/gaitlab report all_robots all_robots_walk --set engine.name=mujoco --output reports/all_robots
+	@for name in eros_push eros_slope; do \
+	  $(BIN)/gaitlab run $$name && $(BIN)/gaitlab report $$name || exit; \
+	done
+	@for name in bending_height frontal_shift step_length period confirmed; do \
+	  $(BIN)/gaitlab run nao_$$name || exit; \
+	done
 	@for paper in eros flow biped nao bioloid; do $(BIN)/gaitlab audit $$paper || exit; done
 
 benchmark: $(VENV)/installed-dev  ## measure speed and size on this machine
