@@ -53,20 +53,22 @@ def swept(gaitlab, tmp_path: Path, swept_folder: Path):
     return gaitlab
 
 
+def said_by(script: str) -> str:
+    """What a script prints in an interpreter of its own, where nothing has been loaded."""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=300
+    )
+    return done.stdout
+
+
 def test_help_loads_nothing_slow() -> None:
     script = (
         "import sys; from gaitlab.cli import run_command_line; run_command_line(['--help']);"
         f"print([name for name in {SLOW} if name in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    assert "Commands:" in done.stdout
-    assert done.stdout.splitlines()[-1] == "[]"
+    said = said_by(script)
+    assert "Commands:" in said
+    assert said.splitlines()[-1] == "[]"
 
 
 def test_a_worker_and_an_experiment_load_no_statistics_that_start_slowly() -> None:
@@ -76,14 +78,7 @@ def test_a_worker_and_an_experiment_load_no_statistics_that_start_slowly() -> No
         "from gaitlab.experiment import load_experiment; load_experiment('eros_quick');"
         "print([name for name in ('scipy.stats', 'scipy.optimize') if name in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    assert done.stdout == "[]\n"
+    assert said_by(script) == "[]\n"
 
 
 def test_every_command_has_a_sentence_and_an_example_that_names_it() -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,7 @@ from gaitlab.cli import run_command_line
 from gaitlab.cli.audit import papers
 from gaitlab.model.limbs import Limbed
 from gaitlab.plugins import load_class, names
+from tests.test_cli import said_by
 
 GOLDEN = json.loads((Path(__file__).parent / "data" / "flow.json").read_text())
 CROUCH = ["0", "0", "-0.4", "0.8", "-0.4", "0"]
@@ -168,11 +167,4 @@ def test_asking_for_joints_loads_no_physics() -> None:
         "run_command_line(['ik', 'eros', 'left_leg', '--target', '0', '0.04', '-0.25', '--json']);"
         "print([name for name in ('pybullet', 'pandas', 'duckdb') if name in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert said_by(script).splitlines()[-1] == "[]"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from math import degrees
 from pathlib import Path
 from typing import NamedTuple
@@ -22,6 +23,7 @@ from gaitlab.log import GRAVITY
 from gaitlab.model import Robot as AnyRobot
 from gaitlab.model.gait import Gait as AnyGait
 from gaitlab.papers import nao_effects
+from gaitlab.papers.nao_charts import pictures
 from gaitlab.papers.nao_effects import fifteen, final, final_gait, paper_leg, straight
 from gaitlab.papers.nao_sweeps import (
     PERIOD,
@@ -30,7 +32,6 @@ from gaitlab.papers.nao_sweeps import (
     Walked,
     criterion,
     doubts,
-    pictures,
     sweeps,
     table,
     verdict,
@@ -79,13 +80,13 @@ def audit(store: Path = DATA) -> Page:
 
 def summary(found: Sequence[Walked], store: Path) -> str:
     """What agrees, what does not and what cannot be decided."""
-    verdicts = [row for sweep in sweeps() for one in found if (row := verdict(sweep, one))]
-    missing = [
-        f"- {sweep.title}, {one.engine}: {not_simulated('nao', store, one.run(sweep))}"
-        for sweep in sweeps()
-        for one in found
-        if not verdict(sweep, one)
-    ]
+    verdicts, missing = list[list[str]](), list[str]()
+    for sweep, one in product(sweeps(), found):
+        if row := verdict(sweep, one):
+            verdicts.append(row)
+        else:
+            lacking = not_simulated("nao", store, one.run(sweep))
+            missing.append(f"- {sweep.title}, {one.engine}: {lacking}")
     everything = [setting for one in found for its in one.sweeps.values() for setting in its]
     blocks = [
         text_of("nao", "summary"),
