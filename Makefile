@@ -53,7 +53,7 @@ schemas: $(VENV)/installed  ## write the schemas of the files anew, which editor
 
 reports: $(VENV)/installed  ## make the published reports again, in some two hours
 	@$(BIN)/gaitlab run eros_quick && $(BIN)/gaitlab report eros_quick
-	@$(BIN)/gaitlab run eros_reproduction && $(BIN)/gaitlab run eros_confirmed && \
+	@for name in reproduction confirmed pitch_confirmed; do $(BIN)/gaitlab run eros_$$name || exit; done; \
 	  $(BIN)/gaitlab report eros_reproduction
 	@for name in all_robots all_robots_walk; do $(BIN)/gaitlab run $$name --engine mujoco || exit; done; \
 	  $(BIN)/gaitlab report all_robots all_robots_walk --set engine.name=mujoco --output reports/all_robots

@@ -93,8 +93,8 @@ def _results(reproduction: Reproduction, store: Store) -> dict[str, Results]:
             continue
     if not found:
         raise NothingRun(
-            f"the store {store.path} holds no trial of {reproduction.name}; run "
-            f"`{run_command(reproduction, store)}` first"
+            f"the store {store.path} holds no trial of this form of {reproduction.path.stem}; "
+            f"run `{run_command(reproduction, store)}` first"
         )
     return found
 
@@ -117,6 +117,23 @@ def _gathered(member: Experiment, filed: Experiment | None, store: Store) -> Res
 def run_command(reproduction: Reproduction, store: Store) -> str:
     """The shell line that simulates what is missing."""
     return f"gaitlab run {_arguments(reproduction, store)}"
+
+
+def _commands(reproduction: Reproduction, context: Context) -> list[str]:
+    """Shell lines that make the page again, one for each member with further seeds of its file."""
+    further = [
+        command("run", [filed], context.store.path)
+        for name, filed in reproduction.filed.items()
+        if not set(_seeds(context, name)) <= set(context.experiments[name].seeds)
+    ]
+    run, report = (line(reproduction, context.store) for line in (run_command, report_command))
+    return [run, *further, report]
+
+
+def _seeds(context: Context, name: str) -> list[int]:
+    """Seeds of a member that are counted."""
+    found = context.results.get(name)
+    return [] if found is None else sorted(found.trials["seed"].unique())
 
 
 def report_command(reproduction: Reproduction, store: Store) -> str:
@@ -185,8 +202,7 @@ def _made_by(reproduction: Reproduction, context: Context) -> str:
     whole = len(context.results) == len(context.experiments) and trials["state"].isin(SCORED).all()
     counted = plural(done, "trial") + ("" if whole else " so far")
     return (
-        f"Made again by {code(run_command(reproduction, context.store))}, then "
-        f"{code(report_command(reproduction, context.store))}: {counted}, "
+        f"Made again by {', then '.join(map(code, _commands(reproduction, context)))}: {counted}, "
         f"{walked / 3600.0:.1f} hours of walking simulated. Intervals are 95 % unless something "
         "else is said, and of the seeds alone, not of what was assumed."
     )
@@ -225,9 +241,7 @@ def _section(each: Section, context: Context) -> str:
 
 
 def _provenance(reproduction: Reproduction, context: Context) -> str:
-    commands = "\n".join(
-        line(reproduction, context.store) for line in (run_command, report_command)
-    )
+    lines = "\n".join(_commands(reproduction, context))
     first = next(name for name in context.experiments if name in context.results)
     constants = command("report", [context.experiments[first]], context.store.path)
     head = ["member", "file SHA-256", "digest of all it resolves to", "trials", "done", "seeds"]
@@ -236,7 +250,7 @@ def _provenance(reproduction: Reproduction, context: Context) -> str:
         "Provenance",
         facts_table(_facts(reproduction, context.results)),
         table(head, rows, "lllrrl"),
-        f"This page again:\n\n{fenced(commands, 'sh')}",
+        f"This page again:\n\n{fenced(lines, 'sh')}",
         f"Constants, grounds and their sources: {code(constants)}; other members change what their "
         "files say.",
     )
@@ -266,7 +280,7 @@ def _member_row(member: Experiment, context: Context) -> list[str]:
         code(member.digest[:16]),
         str(len(trials)) if trials else "",
         str(done) if trials else "",
-        seeds_text(member.seeds),
+        seeds_text(_seeds(context, member.name)),
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -203,10 +204,16 @@ def test_seeds_of_a_file_beyond_those_that_are_walked_count_once_all_of_one_are_
     )
     assert gaitlab("run", "tiny.yaml", "-j", "0", "--quiet").code == 0
     assert _seeds_counted(gaitlab) == (1, 1)
+    assert "gaitlab run eros_table7" not in Path("reports/tiny/README.md").read_text()
     gaitlab("run", "eros_table7", "-j", "0", "--quiet", "--seeds", "3")
     gaitlab("run", "eros_table8", "-j", "0", "--quiet", "--seeds", "2", "--set",
             "surfaces=[grass_50mm]")  # fmt: skip
     assert _seeds_counted(gaitlab) == (3, 1)
+    page = Path("reports/tiny/README.md").read_text()
+    lines = ["gaitlab run tiny.yaml", "gaitlab run eros_table7", "gaitlab report tiny.yaml"]
+    assert "\n".join(lines) in page
+    assert "gaitlab run eros_table8" not in page
+    assert re.search(r"eros\\_table7 .*\| 0 to 2 ", page)
 
 
 def _seeds_counted(gaitlab) -> tuple[int, int]:
@@ -220,7 +227,7 @@ def _seeds_counted(gaitlab) -> tuple[int, int]:
 def test_a_page_of_which_nothing_was_run_says_how(gaitlab) -> None:
     found = gaitlab("report", *QUICK)
     assert found.code == 2
-    assert "holds no trial of tiny_quick; run `gaitlab run" in found.err
+    assert "holds no trial of this form of tiny; run `gaitlab run" in found.err
     assert not Path("reports").exists()
 
 

@@ -351,6 +351,22 @@ def test_walks_meet_the_setting_with_their_step_and_sway_in_every_reading(tmp_pa
     assert rows[1][6].startswith("0/3, 0 %")
 
 
+def test_both_engines_of_one_setting_stand_below_each_other(tmp_path: Path) -> None:
+    engines = {"fast": "mujoco", "slow": "bullet"}
+    trials = walks(0.04, 0.045, (1.0, 2.0)) + walks(0.016, 0.035, (4.0, 4.0))
+    members = {
+        name: load_experiment("eros_quick", [f"engine.name={engine}"])
+        for name, engine in engines.items()
+    }
+    both = context({name: results_of(trials) for name in engines}, tmp_path)
+    text = pitch_section(section("pitch", *engines), replace(both, experiments=members))
+    rows = [[c.strip() for c in line.strip("|").split("|")] for line in text.splitlines()
+            if line.startswith("| Fig ")]  # fmt: skip
+    assert [row[3] for row in rows] == ["mujoco", "bullet"] * 4
+    assert all(rows[i][:3] == rows[i + 1][:3] for i in range(0, 8, 2))
+    assert len({tuple(row[:3]) for row in rows}) == 4
+
+
 def test_pitch_of_walks_that_answer_to_no_setting_is_not_shown(tmp_path: Path) -> None:
     results = results_of(walks(0.05, 0.045, (1.0,)))
     text = pitch_section(section("pitch", "a"), context({"a": results}, tmp_path))

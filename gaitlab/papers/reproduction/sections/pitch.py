@@ -15,6 +15,7 @@ from math import degrees
 import numpy as np
 import pandas as pd
 
+from gaitlab.experiment import Experiment
 from gaitlab.papers.printed import eros_tables, pedestals
 from gaitlab.papers.printed import rows as rows_of
 from gaitlab.papers.reproduction.answers import table_of
@@ -87,24 +88,24 @@ def pitch_section(section: Section, context: Context) -> str:
     rows = [
         row
         for name in section.experiments
-        for row in _rows(context.results[name], _cycles(context, name), words)
+        for row in _rows(context.results[name], context.experiments[name], words)
     ]
     if not rows:
         return "No walk here has the step length and the sway of one of the paper's settings."
     head = [
-        "setting", "read as", "variant", "amplitude, paper", "simulated", "falls, paper",
+        "setting", "read as", "variant", "engine", "amplitude, paper", "simulated", "falls, paper",
         "simulated", "distance, paper", "simulated, of at most",
     ]  # fmt: skip
-    ordered = sorted(rows, key=lambda row: row[0])  # readings and variants keep their order
-    return table(head, ordered, "lll")
+    order = {tuple(row[:3]): place for place, row in reversed(list(enumerate(rows)))}
+    rows.sort(key=lambda row: (row[0], order[tuple(row[:3])]))  # engines of one walk side by side
+    if len({row[3] for row in rows}) == 1:
+        head, rows = [*head[:3], *head[4:]], [[*row[:3], *row[4:]] for row in rows]
+    return table(head, rows, "lll")
 
 
-def _cycles(context: Context, name: str) -> float:
-    return context.experiments[name].parts.horizon.cycles
-
-
-def _rows(results: Results, cycles: float, words: Mapping[str, object]) -> Iterator[list[str]]:
+def _rows(results: Results, member: Experiment, words: Mapping[str, object]) -> Iterator[list[str]]:
     """A row for each setting, reading and variant that a member has."""
+    cycles, engine = member.parts.horizon.cycles, "/".join(sorted(member.engines))
     for setting in published_settings().values():
         for reading, meant in eros_tables()[0].readings.items():
             step = setting[False].x * meant.one
@@ -116,7 +117,7 @@ def _rows(results: Results, cycles: float, words: Mapping[str, object]) -> Itera
                     answered = None if found is None else found is eros_tables()[1]
                     printed = None if answered is None else setting[answered]
                     head = [f"{setting[False].figure}, {_setting(setting[False])}", READ[reading]]
-                    yield [*head, label, *_cells(trials, printed, 2.0 * cycles * step)]
+                    yield [*head, label, engine, *_cells(trials, printed, 2.0 * cycles * step)]
 
 
 def _of(trials: pd.DataFrame, setting: Published, step: float) -> pd.DataFrame:
