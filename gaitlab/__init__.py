@@ -301,7 +301,6 @@ class LoadedExperiment:
             NothingRun: If none of the trials was run.
             UsageError: If the experiments cannot share a page, or the folder is somebody else's.
         """
-        from gaitlab.papers.reproduction import sweep_page, write_reproduction
         from gaitlab.report import write_report
 
         if format not in ("md", "html"):
@@ -309,9 +308,12 @@ class LoadedExperiment:
         results, folder = _store(store), None if output is None else Path(output)
         asked = [loaded.experiment for loaded in (self, *others)]
         form: dict[str, Any] = {"html": format == "html", "tables": tables, "force": force}
-        sweep = sweep_page(asked, self.settings, self.given_seeds)
-        if sweep is not None:
-            return write_reproduction(sweep, results, folder, **form)
+        if any(experiment.design for experiment in asked):
+            from gaitlab.papers.reproduction import sweep_page, write_reproduction
+
+            sweep = sweep_page(asked, self.settings, self.given_seeds)
+            if sweep is not None:
+                return write_reproduction(sweep, results, folder, **form)
         if any(experiment.study for experiment in asked):
             from gaitlab.report.study.page import write_study_report  # loads all of Optuna
 

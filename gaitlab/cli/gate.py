@@ -144,9 +144,10 @@ def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) 
     """What the gate says of tonight's walks; if some failed, of those that did not.
 
     Raises:
-        _Stopped: If somebody stopped it.
+        _WalksStopped: If somebody stopped it.
     """
-    from gaitlab.cli.progress import progress
+    from gaitlab.cli.progress import progress, steps
+    from gaitlab.documents.steps import expect, step
     from gaitlab.regression import compared, discard_stale, finished, record, undecided
     from gaitlab.running import dispatch
 
@@ -158,7 +159,12 @@ def _walked(wanted: Experiment, results: Store, before: Baseline, workers: int) 
     if done.interrupted:
         raise _WalksStopped
     try:
-        return compared(before, record(wanted, results))
+        with steps():
+            expect(2)
+            step(f"reading the walks of {wanted.name}")
+            walks = record(wanted, results)
+            step("comparing with the baseline")
+            return compared(before, walks)
     except Undecided as error:
         return undecided(str(error), before, finished(wanted, results))
 

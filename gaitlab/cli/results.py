@@ -388,11 +388,13 @@ def verify(
     Example:
       gaitlab verify --sample 10
     """
+    from gaitlab.cli.progress import steps
     from gaitlab.running.verify import verify as verify_store
     from gaitlab.store import Store
 
     results = Store(store)
-    found = verify_store(results, sample=sample, jobs=jobs, allowed=allowed(allow_code))
+    with steps():
+        found = verify_store(results, sample=sample, jobs=jobs, allowed=allowed(allow_code))
     for problem in found.unsound:
         tell(f"not sound: {problem}")
     for message in found.different:

@@ -20,8 +20,10 @@ from gaitlab.documents.printable import visible
 from gaitlab.documents.steps import step
 
 if TYPE_CHECKING:  # loaded when something is drawn: a page whose figures are there needs none
+    from matplotlib.artist import Artist
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 # [Okabe2008], ordered so that neighbours also differ in lightness when printed in grey.
 BLACK, BLUE, VERMILLION, SKY = "#000000", "#0072B2", "#D55E00", "#56B4E9"
@@ -132,7 +134,6 @@ def _lay_out(figure: Figure) -> None:
 
 def _show_whatever_is_written(figure: Figure) -> None:
     """Write out control characters, of which no font has a picture and no SVG may hold one."""
-    from matplotlib.text import Text
     from matplotlib.ticker import ScalarFormatter
 
     for axes in figure.axes:
@@ -142,9 +143,22 @@ def _show_whatever_is_written(figure: Figure) -> None:
             texts = [label.get_text() for label in axis.get_ticklabels()]
             if any(text != visible(text) for text in texts):
                 axis.set_ticks(axis.get_ticklocs(), list(map(visible, texts)))
-    for text in figure.findobj(Text):
-        if isinstance(text, Text):
-            text.set_text(visible(text.get_text()))
+    for text in _texts(figure):
+        text.set_text(visible(text.get_text()))
+
+
+def _texts(artist: Artist) -> Iterator[Text]:
+    """Every text within but for those of ticks, which `findobj` would make just to be looked at."""
+    from matplotlib.axis import Axis
+    from matplotlib.text import Text
+
+    for child in artist.get_children():
+        if isinstance(child, Text):
+            yield child
+        elif isinstance(child, Axis):
+            yield child.label
+        else:
+            yield from _texts(child)
 
 
 def save(figure: Figure, folder: Path, name: str) -> Path:

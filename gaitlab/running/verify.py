@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import gaitlab.simulation.trial
+from gaitlab.documents.steps import expect, step
 from gaitlab.errors import StoreError
 from gaitlab.experiment.named_code import named_code, refusal, unnamed_code
 from gaitlab.running.executor import Job, Outcome, job_of
@@ -68,6 +69,7 @@ def verify(
         StoreError: If the store cannot be read.
     """
     index = store.index()
+    step(f"checking the files of {len(index.entries)} trials")
     unsound = tuple(store.unsound())
     wrong = {error.path.stem for error in unsound}
     repeatable = [
@@ -102,7 +104,9 @@ def _repeat(
     repeated, different = 0, list[str]()
     with tempfile.TemporaryDirectory(prefix="gaitlab-verify-") as folder:
         again = Store(Path(folder))
-        for outcome in executor(again.path, jobs).run(due):
+        expect(len(due))
+        for number, outcome in enumerate(executor(again.path, jobs).run(due), start=1):
+            step(f"simulated {number} of {len(due)} again")
             reason = _difference(store, again, outcome)
             repeated += not reason
             if reason:

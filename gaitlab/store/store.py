@@ -278,7 +278,8 @@ class Store(TrialFiles):
             UsageError: If the query is wrong; quotes DuckDB and lists the columns.
             StoreError: If it is about `ticks` and a log is damaged.
         """
-        from gaitlab.store.tables import select, trials_table  # slow to load
+        from gaitlab.store.query import select  # slow to load
+        from gaitlab.store.tables import trials_table
 
         if self._table_file.fresh:
             return select(sql, self._table_file.path, self._logs(None), exact=exact)

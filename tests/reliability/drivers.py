@@ -114,6 +114,7 @@ def _parent(process: Path) -> int | None:
 def _serve() -> None:
     import gaitlab.cli.progress
     import gaitlab.running
+    import gaitlab.store.query
     import gaitlab.store.tables  # noqa: F401, imported once for all drivers
     from gaitlab.cli import run_command_line
     from tests.reliability import sweeps
