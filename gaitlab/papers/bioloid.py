@@ -275,8 +275,9 @@ def knee_load() -> Table:
         table.append([f"{100.0 * ahead:.0f}", f"{torque:.2f}", f"{100.0 * share:.0f} %"])
     text = (
         f"{ABOVE_KNEE} kg above a knee {100.0 * knee:.1f} cm ahead of the ankle, as in lift left "
-        f"with level soles. ROBOTIS calls an AX-12 stable up to {RATED_SHARE:.0%} of stall, so the "
-        "stance knee is overloaded whatever the timing; the authors propose stronger servos."
+        "with level soles. ROBOTIS calls an AX-12 stable up to "
+        f"{100.0 * RATED_SHARE:.0f} % of stall, so the stance knee is overloaded whatever "
+        "the timing; the authors propose stronger servos."
     )
     header = ["CoM ahead of the ankle [cm]", "knee torque [N m]", "of stall at 12 V"]
     return Table(title="Load of the stance knee", text=text, header=header, rows=table)

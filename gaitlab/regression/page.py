@@ -215,9 +215,10 @@ def _how(outcome: GateResult) -> str:
     return (
         f"Compared: {runs.n} {matching} in {len(runs.cells)} cells.{unshared} A seed draws the "
         f"same servos and ground in every cell, so seeds count as independent, not walks ({test}). "
-        f"All tests of a night together raise a false alarm in at most {FALSE_ALARMS:.0%} of "
-        "nights in which nothing changed (Holm). *Would notice*: the smallest change for the "
-        "worse, alike in all cells, that is found in four nights of five with so many seeds. "
+        "All tests of a night together raise a false alarm in at most "
+        f"{100.0 * FALSE_ALARMS:.0f} % of nights in which nothing changed (Holm). "
+        "*Would notice*: the smallest change for the worse, alike in all cells, "
+        "that is found in four nights of five with so many seeds. "
         "Stable walks and distance count falls; the others compare walks that stayed up and "
         "covered half of the commanded distance."
     )

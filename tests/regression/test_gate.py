@@ -178,7 +178,7 @@ def test_what_was_declared_and_what_surrounds_it_is_said():
 
 def test_a_page_states_its_false_alarm_rate_and_what_it_would_notice():
     page = outcome_page("edge", compared(night(1), night(2)))
-    assert f"{FALSE_ALARMS:.0%} of nights" in page
+    assert f"{100.0 * FALSE_ALARMS:.0f} % of nights" in page
     assert "would notice" in page
 
 

@@ -160,7 +160,7 @@ def test_a_parameter_whose_condition_fails_is_not_used() -> None:
 def test_limits_are_given_in_the_unit_and_as_shares_of_the_range() -> None:
     (line,) = [row for row in margins_table(toy_findings()).splitlines() if "step_height" in row]
     assert "0.029, falls at 0.0281" in line
-    assert re.search(r"\| +2% +\|", line)
+    assert re.search(r"\| +2 % +\|", line)
     assert "0.045, out of reach at 0.05" in line
 
 

@@ -43,7 +43,7 @@ class Reproduction:
     """Several experiments whose results share one page.
 
     Attributes:
-        name: Of the page; with the quick form's settings it ends in `_quick`, with those of the
+        name: Of the page; with the quick form's settings it ends in `+quick`, with those of the
             command line in what tells that form apart.
         title: Its heading.
         description: The paragraph below it.
@@ -165,7 +165,7 @@ def load_reproduction(
         raise FileError(in_order(problems))
     name = file.name or path.stem
     return Reproduction(
-        name=in_form(f"{name}_quick" if quick else name, form_of(over.changes)),
+        name=in_form(in_form(name, "quick" if quick else ""), form_of(over.changes)),
         title=file.title or name,
         description=file.description,
         path=path,

@@ -34,7 +34,7 @@ from gaitlab.report.study.words import (
     value,
     with_unit,
 )
-from gaitlab.report.words import plural, surface_text
+from gaitlab.report.words import percent, plural, surface_text
 from gaitlab.search.fresh import WINNER, Rerun
 from gaitlab.statistics import wilson
 from gaitlab.store import Store
@@ -149,7 +149,7 @@ class StudyExplorer(Explorer):
             yield {"name": objective_axis(one), "title": f"{better(one)} is better"}
         for path in paths:
             item = findings.parameter(path)
-            share = f"importance {shares[path]:.0%}" if path in shares else ""
+            share = f"importance {percent(100.0 * shares[path])}" if path in shares else ""
             axis: dict[str, object] = {
                 "name": share,
                 "title": with_unit(names[path], findings.unit(path)),

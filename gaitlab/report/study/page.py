@@ -130,7 +130,7 @@ def write_study_page(findings: Findings, folder: Path) -> Path:
         _next(findings),
         _rests_on(findings),
     ]
-    return write_pages(folder, first, _second(findings, rows, folder))
+    return write_pages(folder, first, _second(findings, rows, folder, picture))
 
 
 def _picture(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path) -> str:
@@ -147,6 +147,8 @@ def _next(findings: Findings) -> str:
     """What to run next; nothing where random search has been run."""
     if findings.drawn or not findings.candidates or findings.chosen is None:
         return ""
+    if (winner := findings.rerun(WINNER)) is None or not winner.on(findings.grounds):
+        return f"To walk it on fresh seeds:\n\n{fenced(findings.commands[0], 'sh')}"
     return f"To know whether it beats chance:\n\n{fenced(random_command(findings), 'sh')}"
 
 
@@ -160,7 +162,10 @@ def _rests_on(findings: Findings) -> str:
     )
 
 
-def _second(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path) -> list[str]:
+def _second(
+    findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path, picture: str
+) -> list[str]:
+    """Everything that the answer rests on, but for the picture of the first page."""
     front = len(findings.study.objectives) > 1 and findings.front
     margins = findings.margins
     return [
@@ -189,7 +194,7 @@ def _second(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Pa
         )
         if front
         else "",
-        _search(findings, folder),
+        _search(findings, folder, picture),
         section(
             "Provenance",
             facts_table(findings.facts),
@@ -243,7 +248,7 @@ def _history(findings: Findings, folder: Path) -> str:
     return _figure(figures.history(findings), folder, "history", alt)
 
 
-def _search(findings: Findings, folder: Path) -> str:
+def _search(findings: Findings, folder: Path, before: str) -> str:
     if not findings.candidates:
         return ""
     note = "A candidate that was given up early stands at what its first seeds gave."
@@ -253,7 +258,7 @@ def _search(findings: Findings, folder: Path) -> str:
             f"The walks of the search took {findings.wall / 60.0:.1f} core minutes: "
             f"{findings.used / findings.wall:.1f} simulated robot-seconds per second of one core."
         )
-    picture = _history(findings, folder)
+    picture = "" if "(history.png)" in before else _history(findings, folder)
     return section("The search", picture, note, tables.search_table(findings), rate, PEER)
 
 

@@ -17,7 +17,7 @@ from gaitlab.report.study.words import (
     number,
     objective_text,
 )
-from gaitlab.report.words import plural, share, surface_text
+from gaitlab.report.words import percent, plural, share, surface_text
 from gaitlab.search.candidates import edge_of
 from gaitlab.search.fresh import DEFAULT, RANDOM, SEARCHED, WINNER, Rerun
 from gaitlab.search.margins import Margin
@@ -122,7 +122,7 @@ def _margins(findings: Findings) -> str:
         return ""
     narrow = [code(path) for width, path in ordered if width < NARROW]
     names = ", ".join(narrow or [code(ordered[0][1])])
-    reach = f"less than {NARROW:.0%}" if narrow else f"{ordered[0][0]:.0%}"
+    reach = f"less than {percent(100.0 * NARROW)}" if narrow else percent(100.0 * ordered[0][0])
     return (
         f"Set with most care: {names}; moved by {reach} of the searched range, one of "
         f"{plural(margins.seeds, 'seed')} falls."
@@ -247,4 +247,4 @@ def _margin_lines(findings: Findings) -> Iterator[str]:
         item = findings.parameter(margin.path)
         if isinstance(item, Numbers):
             down, up = (share_moved(margin, r, item) for r in (margin.below, margin.above))
-            yield f"  {margin.path}  -{down:.0%}  +{up:.0%}"
+            yield f"  {margin.path}  -{percent(100.0 * down)}  +{percent(100.0 * up)}"

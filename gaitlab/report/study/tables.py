@@ -22,7 +22,7 @@ from gaitlab.report.study.words import (
     value,
     with_unit,
 )
-from gaitlab.report.words import share
+from gaitlab.report.words import percent, share
 from gaitlab.search import Candidate
 from gaitlab.search.candidates import edge_of, moved
 from gaitlab.search.fresh import WINNER, Rerun
@@ -45,7 +45,7 @@ def winner_table(findings: Findings) -> str:
             escape(value(winner.values.get(item.path), findings.unit(item.path))),
             escape(value(findings.defaults.get(item.path), findings.unit(item.path))),
             escape(range_text(item, findings.unit(item.path))),
-            ", ".join(f"{of.get(item.path, 0.0):.0%}" for of in findings.importance if of),
+            ", ".join(percent(100.0 * of.get(item.path, 0.0)) for of in findings.importance if of),
             _remark(item, winner.values.get(item.path)),
         ]
         for item in findings.study.search
@@ -81,7 +81,10 @@ def fresh_table(findings: Findings) -> str:
             cells = [cell for pair in _scores(findings, rerun) for cell in pair]
             stable = share(up, n, wilson(up, n))
             rows.append([f"{rerun.label} on fresh seeds", seeds, *cells, stable])
-    return table([*head, "stable"], rows, "lr")
+    head.append("stable")
+    filled = [place for place in range(len(head)) if place < 2 or any(row[place] for row in rows)]
+    kept = [[row[place] for place in filled] for row in [head, *rows]]
+    return table(kept[0], kept[1:], "lr")
 
 
 def _scores(findings: Findings, rerun: Rerun) -> Iterator[tuple[str, str]]:
@@ -132,7 +135,7 @@ def margins_table(findings: Findings) -> str:
         cells = [code(margin.path), escape(value(margin.value, unit))]
         for reach in (margin.below, margin.above):
             moved = share_moved(margin, reach, item) if isinstance(item, Numbers) else None
-            cells += [_limit(reach), "" if moved is None else f"{moved:.0%}"]
+            cells += [_limit(reach), "" if moved is None else percent(100.0 * moved)]
         rows.append(cells)
     head = ["parameter", "winner", "lower limit", "share", "upper limit", "share"]
     return table(head, rows, "lrrrrr") if rows else ""
@@ -259,4 +262,4 @@ def saving_text(findings: Findings) -> str:
         return "racing was off"
     if not findings.planned:
         return UNKNOWN
-    return f"{1.0 - findings.used / findings.planned:.0%} of the simulated time"
+    return f"{percent(100.0 * (1.0 - findings.used / findings.planned))} of the simulated time"

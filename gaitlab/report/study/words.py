@@ -8,7 +8,7 @@ from gaitlab.experiment import Value
 from gaitlab.experiment.study import Aggregate, Choices, Constraint, Numbers, Objective
 from gaitlab.metrics import lookup
 from gaitlab.report.variants import value_text
-from gaitlab.report.words import path_text
+from gaitlab.report.words import path_text, percent
 from gaitlab.statistics import Interval
 
 UNKNOWN = "—"
@@ -66,8 +66,8 @@ def _aggregate(aggregate: Aggregate, noun: str) -> str:
     if aggregate.kind == "mean":
         return f"mean over {noun}s"
     if aggregate.kind == "quantile":
-        return f"{aggregate.share:.0%} quantile of the {noun}s from the worst"
-    return f"mean of the worst {aggregate.share:.0%} of {noun}s"
+        return f"{percent(100.0 * aggregate.share)} quantile of the {noun}s from the worst"
+    return f"mean of the worst {percent(100.0 * aggregate.share)} of {noun}s"
 
 
 def number(value: float, unit: str = "") -> str:

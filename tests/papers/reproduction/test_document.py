@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gaitlab.errors import FileError, UnknownName
-from gaitlab.experiment import is_reproduction
+from gaitlab.experiment import is_reproduction, load_experiment
 from gaitlab.papers.reproduction import Reproduction, load_reproduction
 from gaitlab.papers.reproduction.sections import names as kinds
 from gaitlab.papers.reproduction.sections import options_of
@@ -59,7 +59,7 @@ def test_members_are_found_by_name_and_beside_the_file(tmp_path: Path) -> None:
 def test_the_quick_form_applies_its_settings_and_gets_a_page_of_its_own(tmp_path: Path) -> None:
     whole = read(tmp_path, quick=True)
     assert [len(member.seeds) for member in whole.members] == [2, 10]
-    assert (whole.name, whole.options) == ("whole_quick", ("--quick",))
+    assert (whole.name, whole.options) == ("whole+quick", ("--quick",))
 
 
 def test_options_of_the_command_line_win_over_the_quick_form(tmp_path: Path) -> None:
@@ -139,10 +139,18 @@ def test_every_kind_of_section_describes_its_options() -> None:
         assert all(item.doc and item.unit == "-" for item in options_of(kind)), kind
 
 
+def test_no_two_shipped_files_write_into_one_folder() -> None:
+    shipped = names("experiment")
+    pages = [load_reproduction(n).name for n in shipped if is_reproduction(n)]
+    pages += [load_reproduction(n, quick=True).name for n in shipped if is_reproduction(n)]
+    pages += [load_experiment(n).name for n in shipped if not is_reproduction(n)]
+    assert len(set(pages)) == len(pages) > 50
+
+
 @pytest.mark.long
 def test_every_shipped_reproduction_is_right_in_both_forms() -> None:
     for name in filter(is_reproduction, names("experiment")):
         whole, short = load_reproduction(name), load_reproduction(name, quick=True)
         assert whole.sections
-        assert short.name == f"{whole.name}_quick"
+        assert short.name == f"{whole.name}+quick"
         assert len(short.members) == len(whole.members)

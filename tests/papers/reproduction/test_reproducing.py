@@ -58,7 +58,7 @@ def test_a_tiny_reproduction_is_really_walked_and_reported(tmp_path, monkeypatch
     members = sorted(name.partition("+")[0] for name in found["experiment"])
     assert members == ["eros_table7"] * 2 + ["eros_table8"] * 2
     assert set(found["state"]) == {"DONE"}
-    page = Path("reports/tiny_quick/README.md").read_text()
+    page = Path("reports/tiny+quick/README.md").read_text()
     assert "S = S? 1/1" in page  # one walk leaves every verdict open
     assert "over 4 of the 80 printed cells" in page
     assert "4 trials: 0 cached, 4 done" in capfd.readouterr().out
@@ -152,7 +152,7 @@ def test_a_second_ctrl_c_is_exit_130_with_the_way_on(gaitlab, monkeypatch) -> No
 def test_the_page_has_headline_sections_and_the_way_to_it_again(gaitlab) -> None:
     gaitlab("run", *QUICK, "-j", "0")
     found = gaitlab("report", *QUICK)
-    assert (found.code, found.out.strip()) == (0, "reports/tiny_quick/README.md")
+    assert (found.code, found.out.strip()) == (0, "reports/tiny+quick/README.md")
     page = Path(found.out.strip()).read_text()
     assert page.startswith("# A paper anew\n\n**Quick form**")
     order = ["**predicted, all**", "(tables.png)", "## The tables", "## Apart", "## Provenance"]
