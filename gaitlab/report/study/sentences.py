@@ -57,7 +57,7 @@ def question(findings: Findings) -> str:
     text = f"{text}, with {bounds}." if bounds else f"{text}."
     if findings.best is None and findings.chosen is not None:
         text += (
-            f" {plural(len(findings.front), 'candidate')} make the Pareto front; number "
+            f" The Pareto front has {plural(len(findings.front), 'candidate')}; number "
             f"{findings.chosen.number}, its middle, is called the winner here."
         )
     return escape(text)

@@ -250,7 +250,7 @@ def search_table(findings: Findings) -> str:
         ["walked with all seeds", str(states.count("done"))],
         ["given up early", str(states.count("pruned"))],
         ["cannot be walked", str(states.count("infeasible"))],
-        ["simulated", f"{number(findings.used)} s of {number(findings.planned)} s"],
+        ["simulated", f"{findings.used:.0f} s of {findings.planned:.0f} s"],
         ["saved by racing", saving_text(findings)],
     ]
     return table(["", ""], rows, "lr")
