@@ -33,7 +33,7 @@ from gaitlab.papers.reproduction.answers import (
     ranking,
     sides,
 )
-from gaitlab.papers.reproduction.efficiency import Simulated, claims, simulated
+from gaitlab.papers.reproduction.efficiency import Simulated, claims, differing, simulated
 from gaitlab.papers.reproduction.section import Context
 from gaitlab.papers.reproduction.together import Shown, together
 from gaitlab.render.figure_style import (
@@ -89,13 +89,14 @@ def front(found: Sequence[Answer], calibrated: Calibrated, context: Context) -> 
 
 
 def headline(columns: Sequence[Scored]) -> list[str]:
-    """A sentence on the predicted cells, one on the gain and one on the engines."""
+    """A sentence on the predicted cells, on the gain, on what it lacks and on the engines."""
     engines = engines_agree(columns)
     return [
         sentence
         for sentence in (
             _predicted_sentence(columns),
             _gain_sentence(columns),
+            _missing_sentence(columns),
             agreement_sentence(engines) if engines else "",
         )
         if sentence
@@ -219,6 +220,22 @@ def _gain_sentence(columns: Sequence[Scored]) -> str:
         f"{_gain(found)} in {escape(label)}, which {zero_words(found)}" for label, found in gains
     )
     return f"Gain in efficiency: {ours}{_part_of(columns)}. The paper's: {paper}."
+
+
+def _missing_sentence(columns: Sequence[Scored]) -> str:
+    """Which cells of the first column make the gain smaller than the printed one."""
+    if len(columns[0].side.answers) != 2:
+        return ""
+    found = differing(columns[0].cells)
+    missing = [each for each in found if each.points < 0.0]
+    total = sum(each.points for each in found)
+    if total >= 0.0:
+        return ""
+    told = "; ".join(f"{-each.points:.3g} in {each.text}" for each in missing)
+    rest = total - sum(each.points for each in missing)
+    given = f"; {rest:.3g} come back in other cells" if rest else ""
+    where = escape(columns[0].side.label)
+    return f"{-total:.3g} points of the printed gain are missing in {where}: {told}{given}."
 
 
 def _part_of(columns: Sequence[Scored]) -> str:

@@ -9,8 +9,8 @@ import pytest
 
 from gaitlab.experiment.reference import load_reference
 from gaitlab.papers.reproduction.answers import answers, forward_only
-from gaitlab.papers.reproduction.efficiency import claims, gain_draws
-from gaitlab.papers.reproduction.headline import efficiencies, paired_runs
+from gaitlab.papers.reproduction.efficiency import claims, differing, gain_draws
+from gaitlab.papers.reproduction.headline import efficiencies, paired_runs, scored
 from gaitlab.report.matching import matched
 from gaitlab.report.scores import efficiency_draws
 from tests.papers.reproduction.printed import printed_results, printed_trials
@@ -37,6 +37,41 @@ def test_results_as_printed_have_the_counted_efficiencies() -> None:
     assert (found.without, found.with_, found.gain) == (50.0, 80.0, 30.0)
     forward = efficiencies(forward_only(before), forward_only(after))
     assert forward.gain == pytest.approx(100 * 12 / 28)
+
+
+@pytest.mark.parametrize("kept", [1.0, 0.6])
+@pytest.mark.parametrize("draw", range(4))
+def test_what_differs_adds_up_to_what_the_gain_lacks(draw: int, kept: float) -> None:
+    generator = np.random.default_rng(draw)
+    verdicts: dict[object, bool] = {}
+
+    def outcome(table, place, stable, seed):
+        return verdicts.setdefault((table, place), bool(generator.random() < 0.5))
+
+    results = printed_results(outcome)
+    rows = results.trials["gait.step_length"] <= (0.12 if kept == 1.0 else 0.04)
+    some = replace(results, trials=results.trials[rows])
+    (column,) = scored(answers({"a": some}, ["a"]), {})
+    printed = {
+        name: [c for c in column.cells if c.table.name == name]
+        for name in ("eros_table7", "eros_table8")
+    }
+    here, theirs = (
+        [100.0 * np.mean([side(c) for c in cells]) for cells in printed.values()]
+        for side in (lambda c: c.ours.verdict("stable"), lambda c: c.printed)
+    )
+    found = differing(column.cells)
+    assert len(found) > 2
+    assert sum(each.points for each in found) == pytest.approx(
+        (here[1] - here[0]) - (theirs[1] - theirs[0])
+    )
+    assert sum(each.n for each in found) == sum(not cell.agrees() for cell in column.cells)
+    assert [each.points for each in found] == sorted(each.points for each in found)
+
+
+def test_nothing_differs_where_all_is_as_printed() -> None:
+    (column,) = scored(both(), {})
+    assert differing(column.cells) == []
 
 
 def test_many_seeds_make_the_gain_certain() -> None:

@@ -85,18 +85,18 @@ def test_predicted_cells_come_first_and_beside_what_guessing_gives() -> None:
 
 
 def test_the_headline_claims_a_gain_only_where_it_is_told_from_none() -> None:
-    _, gain = headline(columns_of(one_cell_off, seeds=40))
+    _, gain, *_ = headline(columns_of(one_cell_off, seeds=40))
     assert "**+28 points** [28–28]" in gain
     assert "excludes zero" in gain
     assert "+48 as stated, +30 as its tables count" in gain
-    _, none = headline(columns_of(lambda table, place, stable, seed: seed % 2))
+    _, none, *_ = headline(columns_of(lambda table, place, stable, seed: seed % 2))
     assert "holds zero" in none
 
 
 def test_the_headline_says_over_how_many_cells_if_not_all_are_there() -> None:
     whole = printed_results()
     part = replace(whole, trials=whole.trials[whole.trials["surface"] == "carpet_4mm"])
-    _, gain = headline(scored(answers({"a": part}, ["a"]), {}))
+    _, gain, *_ = headline(scored(answers({"a": part}, ["a"]), {}))
     assert "over 20 of the 80 printed cells" in gain
 
 

@@ -280,3 +280,31 @@ def test_a_sweep_with_a_switch_has_a_page_of_its_own(experiment, tmp_path) -> No
     head, _, rest = SWEEP.partition("zip:")
     assert sweep_page([read(tmp_path, head + rest[rest.index("grid:") :])]) is None
     assert sweep_page([load_experiment("eros_quick")]) is None
+
+
+PRINTED_ROW = SWEEP.replace("[0.02, 0.04, 0.06, 0.08]", "[0.06]").replace(
+    "[grass_50mm, carpet_4mm]", "[grass_50mm, grass_30mm, carpet_4mm]"
+)
+COMPARED = "report: {compare: eros_table7, distance_reading: foot_travel}\n"
+
+
+@pytest.mark.parametrize(
+    ("rule", "expected"),
+    [
+        (lambda v: v["gait.heel_strike"] == "add" or v["surface"] == "carpet_4mm", (32, 2, 67)),
+        (lambda v: v["gait.heel_strike"] == "add" or v["surface"] != "grass_50mm", (0, 1, 33)),
+        (lambda v: True, (0, 0, 0)),
+    ],
+)
+def test_the_box_is_held_against_the_printed_row(tmp_path: Path, rule, expected) -> None:
+    """Row 12 cm turns from unstable to stable on both grasses: as printed, on one, on none."""
+    experiment = read(tmp_path, PRINTED_ROW + COMPARED)
+    text = page(experiment, results_of(experiment, rule), tmp_path)
+    (told,) = re.findall(r"\*\*(\d+)/32, .* at most (\d) .* is \+(\d+) points", text)
+    assert tuple(map(int, told)) == expected
+    assert "on 1 of 3 grounds without and on 3 with, +67 points" in text
+
+
+def test_no_paper_is_spoken_of_where_none_is_compared_with(tmp_path: Path) -> None:
+    experiment = read(tmp_path, PRINTED_ROW)
+    assert "paper" not in page(experiment, results_of(experiment, lambda _: True), tmp_path)

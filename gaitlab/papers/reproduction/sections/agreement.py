@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gaitlab.papers.reproduction.answers import agreement, answers, forward_only
-from gaitlab.papers.reproduction.efficiency import Simulated, claims
+from gaitlab.papers.reproduction.efficiency import Simulated, claims, differing
 from gaitlab.papers.reproduction.headline import (
     Scored,
     count_text,
@@ -43,7 +43,14 @@ def agreement_section(section: Section, context: Context) -> str:
         if engines
         else []
     )
-    blocks = [_orders(columns), _strict(columns), STRICT, _efficiency(columns), *told]
+    blocks = [
+        _orders(columns),
+        _strict(columns),
+        STRICT,
+        _efficiency(columns),
+        *map(_missing, columns),
+        *told,
+    ]
     return "\n\n".join(block for block in blocks if block)
 
 
@@ -101,6 +108,21 @@ def _efficiency(columns: Sequence[Scored]) -> str:
     head = ["efficiency", "without [95 %]", "with [95 %]", "gain, points [95 %]"]
     pairs = "drawn in pairs of equal cell and seed" if paired else "without common seeds"
     return f"{table(head, rows, 'l')}\n\n{CLAIMS} That of a gain is {pairs}."
+
+
+def _missing(one: Scored) -> str:
+    """Which cells make the gain another one than the printed."""
+    if len(one.side.answers) != 2:
+        return ""
+    rows = [[each.text, f"{each.points:+.3g}"] for each in differing(one.cells)]
+    if not rows:
+        return ""
+    rows.append(["all", f"{sum(each.points for each in differing(one.cells)):+.3g}"])
+    head = [
+        f"{escape(one.side.label)}, cells otherwise than printed",
+        "gain less the printed [points]",
+    ]
+    return table(head, rows, "lr")
 
 
 def _simulated_row(name: str, found: Simulated) -> list[str]:
