@@ -48,7 +48,7 @@ def agreement_section(section: Section, context: Context) -> str:
         _strict(columns),
         STRICT,
         _efficiency(columns),
-        *map(_missing, columns),
+        *_missing(columns),
         *told,
     ]
     return "\n\n".join(block for block in blocks if block)
@@ -110,19 +110,27 @@ def _efficiency(columns: Sequence[Scored]) -> str:
     return f"{table(head, rows, 'l')}\n\n{CLAIMS} That of a gain is {pairs}."
 
 
-def _missing(one: Scored) -> str:
-    """Which cells make the gain another one than the printed."""
-    if len(one.side.answers) != 2:
-        return ""
-    rows = [[each.text, f"{each.points:+.3g}"] for each in differing(one.cells)]
-    if not rows:
-        return ""
-    rows.append(["all", f"{sum(each.points for each in differing(one.cells)):+.3g}"])
-    head = [
-        f"{escape(one.side.label)}, cells otherwise than printed",
-        "gain less the printed [points]",
+def _missing(columns: Sequence[Scored]) -> list[str]:
+    """Which cells make the gain another one than the printed; columns with the same together."""
+    alike: dict[tuple[tuple[str, str], ...], list[str]] = {}
+    for one in columns:
+        found = differing(one.cells) if len(one.side.answers) == 2 else []
+        if found:
+            total = sum(each.points for each in found)
+            rows = [(each.text, f"{each.points:+.3g}") for each in found]
+            label = escape(one.side.label)
+            alike.setdefault((*rows, ("all", f"{total:+.3g}")), []).append(label)
+    return [
+        table(
+            [
+                f"{' and '.join(labels)}, cells otherwise than printed",
+                "gain less the printed [points]",
+            ],
+            rows,
+            "lr",
+        )
+        for rows, labels in alike.items()
     ]
-    return table(head, rows, "lr")
 
 
 def _simulated_row(name: str, found: Simulated) -> list[str]:
