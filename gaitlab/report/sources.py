@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
+from dataclasses import is_dataclass
 
 import pandas as pd
 
@@ -124,7 +125,9 @@ def _files(experiment: Experiment) -> Iterator[tuple[str, str]]:
         for path, *column in zip(axis.paths, *axis.rows, strict=True):
             group, _, name = path.partition(".")
             owner = getattr(experiment.parts, group, None)
-            for item in parameters(type(owner)) if owner and name else ():
+            if not name or not is_dataclass(owner) or isinstance(owner, type):
+                continue  # a group of all joints or of all grounds, which holds no file
+            for item in parameters(type(owner)):
                 if name in item.contents_of:
                     for value in dict.fromkeys(column):
                         held = getattr(changed(owner, {name: value}), item.name)

@@ -252,3 +252,35 @@ def test_a_file_in_the_way_is_refused_and_kept(
     with pytest.raises(GaitlabError, match="out"):
         write_report(both[:1], store, tmp_path / "out", html=True)
     assert (tmp_path / "out").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("path", "values"),
+    [
+        ("robot.mass", "[3.0, 4.0]"),
+        ("robot.sole.length", "[0.12, 0.13]"),
+        ("gait.step_height", "[0.02, 0.03]"),
+        ("servo.latency", "[0.002, 0.006]"),
+        ("surface.friction_scale", "[0.9, 1.1]"),
+        ("spread.friction", "[0.0, 0.1]"),
+        ("balance.type", "[none, ankle_hip]"),
+        ("balance.ankle_roll_gain", "[0.1, 0.2]"),
+        ("push.impulse", "[0.0, 0.5]"),
+        ("slope.pitch", "[0.0, 2.0]"),
+        ("horizon.cycles", "[2, 3]"),
+        ("engine.dt", "[0.001, 0.002]"),
+        ("engine.name", "[bullet, mujoco]"),
+    ],
+)
+def test_whatever_is_varied_has_a_page(store: Store, tmp_path: Path, path: str, values) -> None:
+    file = tmp_path / "varied.yaml"
+    balance = "balance: ankle_hip\n" if path.startswith("balance") else ""
+    file.write_text(
+        "robot: eros\ngait: eros\nservo: {supply: 12.0}\nsurfaces: [carpet_4mm]\nseeds: 1\n"
+        f"{balance}"
+        f"grid: {{{path}: {values}}}\n"
+    )
+    asked = load_experiment(file)
+    run(store, asked)
+    page = write_report([asked], store, tmp_path / "out")
+    assert "2 trials planned: 2 done" in page.with_name("details.md").read_text()
