@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -28,6 +29,8 @@ from gaitlab.cli.trial_lookup import ADDRESS, complete_trials, trial_of
 from gaitlab.errors import UnknownName, UsageError
 
 if TYPE_CHECKING:
+    from gaitlab.experiment import Experiment
+    from gaitlab.papers.reproduction import Reproduction
     from gaitlab.render import Clip, Recorded
     from gaitlab.render.export import Format
     from gaitlab.store import Store
@@ -228,19 +231,23 @@ def view(
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
     results = Store(store)
     name = experiment or _newest(results)
-    if is_reproduction(name):
-        from gaitlab.papers.reproduction import load_reproduction
-        from gaitlab.papers.reproduction.view import view_reproduction
+    with other_output_on_stderr(), steps():
+        whole: Reproduction | None
+        if is_reproduction(name):
+            from gaitlab.papers.reproduction import load_reproduction
 
-        with other_output_on_stderr(), steps():
             whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
-            page, views = view_reproduction(whole, results, output, force=force)
-    else:
-        refuse_quick(name, quick)
-        with other_output_on_stderr(), steps():
+        else:
+            refuse_quick(name, quick)
             asked = load_experiment(name, settings or (), seeds)
+            whole = _sweep(asked, settings or (), seeds)
+        if whole is not None:
+            from gaitlab.papers.reproduction.view import view_reproduction
+
+            page, views = view_reproduction(whole, results, output, force=force)
+        else:
             views = [write_view(asked, results, output, storage=storage, force=force)]
-        page = views[0].page
+            page = views[0].page
     for written in views:
         walks = plural(len(written.links), "walk")
         tell(f"{walks} in {written.walks}, {size(written.walks.stat().st_size)}")
@@ -248,6 +255,15 @@ def view(
     if opened:
         _open(page)
     return 0
+
+
+def _sweep(asked: Experiment, settings: Sequence[str], seeds: int | None) -> Reproduction | None:
+    """The page of a sweep with a switch; None for any other experiment."""
+    if asked.design is None:
+        return None
+    from gaitlab.papers.reproduction import sweep_page  # slow to load
+
+    return sweep_page([asked], settings, seeds)
 
 
 def _newest(results: Store) -> str:

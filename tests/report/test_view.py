@@ -44,12 +44,21 @@ reproduction:
   members: [{experiment: looked_at.yaml}, {experiment: other.yaml}]
   sections: [{section: falls, title: Falls}]
 """
+SWEPT = """\
+name: swept
+robot: eros
+gait: {type: eros}
+surfaces: [grass_50mm]
+design: {points: 4, box: {robot.mass: {low: 3.0, high: 4.0}}}
+grid: {gait.heel_strike: [none, add]}
+seeds: 1
+"""
 TRIAL = re.compile(r'"id":"([0-9a-f]{32})"')
 
 
-def stored(folder: Path, state: str = "DONE") -> Store:
+def stored(folder: Path, state: str = "DONE", asked: Experiment | None = None) -> Store:
     """A store in which every trial of the file walked as one that is recorded; some fell."""
-    asked, store = experiment(folder), Store(folder / "data")
+    asked, store = asked or experiment(folder), Store(folder / "data")
     _, log = walked()
     store.register(asked, plan(asked).trials())
     for number, item in enumerate(plan(asked).trials()):
@@ -279,3 +288,18 @@ def test_a_reproduction_leads_to_the_cells_of_its_members(
     for link in re.findall(r'href="([\w./]+\.html)"', page.read_text()):
         assert page_data(page.parent / link)["trials"]["id"]
     assert "looked_at/index.html" in page.read_text()
+
+
+def test_a_sweep_is_its_page_and_no_cell_of_its_box(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "swept.yaml").write_text(SWEPT)
+    stored(tmp_path, asked=load_experiment(tmp_path / "swept.yaml"))
+    (tmp_path / "whole.yaml").write_text(
+        WHOLE.replace(", {experiment: other.yaml}", "").replace("looked_at", "swept")
+    )
+    for name in ("swept.yaml", "whole.yaml"):
+        assert view(tmp_path, name, "--no-open", monkeypatch=monkeypatch) == 0
+        page = tmp_path / capfd.readouterr().out.strip()
+        assert page.is_file()
+        assert not list(page.parent.rglob("replays.html"))

@@ -8,6 +8,7 @@ from gaitlab.documents.steps import step
 from gaitlab.experiment.plan import plan
 from gaitlab.papers.reproduction.document import Reproduction
 from gaitlab.papers.reproduction.page import write_reproduction
+from gaitlab.papers.reproduction.swept import compares_switches
 from gaitlab.report.forms import REPORTS
 from gaitlab.report.forms.html import FILE
 from gaitlab.report.view import Viewed, write_view
@@ -21,7 +22,8 @@ def view_reproduction(
 
     Args:
         reproduction: What was asked.
-        store: Where the trials are; members of which nothing was run are left out.
+        store: Where the trials are; members of which nothing was run are left out, and sweeps of
+            a box, whose section on the page says what their thousands of walks come to.
         output: Folder; by default `reports/<name>`.
         force: Also replace files that gaitlab did not write.
 
@@ -38,7 +40,8 @@ def view_reproduction(
     walked = [
         member
         for member in reproduction.members
-        if any(item.trial.id in done for item in plan(member).trials())
+        if not compares_switches(member)
+        and any(item.trial.id in done for item in plan(member).trials())
     ]
     links = {member.name: f"{member.name}/{FILE}" for member in walked}
     page = write_reproduction(reproduction, store, folder, html=True, force=force, links=links)
