@@ -31,13 +31,15 @@ GREEN, ORANGE, PURPLE, YELLOW = "#009E73", "#E69F00", "#CC79A7", "#F0E442"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION, BLACK, YELLOW)
 INK, FAINT, PAPER = "#222222", "#BBBBBB", "#FFFFFF"
 BAND = "#EBEBEB"  # behind a curve: a span of time
-DARK = 0.55  # share above which white letters read better than black ones
 
 TEXT_WIDTH = 8.0  # in, the width of a page of a code-hosting site at SCREEN_DPI
 SCREEN_DPI = 150  # 1/in, sharp on a screen of double density
 
-# Lightness falls evenly from none to all, so the order survives a grey printer.
-SHARES = ("#EFF4F8", "#BFD9EC", "#5E9FCC", "#08467A")
+# Lightness falls evenly from none to all, so the order survives a grey printer. None of it is a
+# grey, nor are the letters on it: on a dark page, where greys turn about, a share keeps its colour.
+SHARES = ("#E9F2FB", "#BFD9EC", "#5E9FCC", "#08467A")
+ON_DARK, ON_LIGHT = "#FFFFF2", "#00000D"
+DARK = 0.8  # share above which white letters read better than black ones
 
 _RC: dict[Any, Any] = {  # matplotlib spells out every key as a type
     "font.family": "DejaVu Sans",  # ships with matplotlib: the same letters on every machine
@@ -97,6 +99,11 @@ def share_colours() -> Colormap:
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("share", SHARES)
+
+
+def letters_on(share: float) -> str:
+    """Colour of letters on the colour of a share from 0 to 1."""
+    return ON_DARK if share > DARK else ON_LIGHT
 
 
 @contextmanager

@@ -14,10 +14,10 @@ import pandas as pd
 
 from gaitlab.documents.steps import expect
 from gaitlab.render.figure_style import (
-    DARK,
     FAINT,
     INK,
     PAPER,
+    letters_on,
     new_figure,
     share_colours,
     style,
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ON_DARK, ON_LIGHT = "#FFFFF0", "#141C2C"  # letters on a coloured square
 LOW, HIGH = 0.22, 0.36  # in, height of a row with one line of text and with two
 ROOMY = 24  # rows; of more each is lower
 NARROW = 9  # columns of a page; beyond them the text shrinks
@@ -158,8 +157,7 @@ def _draw_square(axis: Axes, x: int, y: int, square: Square, crowd: float) -> No
             linewidth=1.5,
         )
     )
-    # Not quite a grey: on a dark page the square keeps its colour, and so do its letters.
-    ink = (ON_DARK if share > DARK else ON_LIGHT) if known else INK
+    ink = letters_on(share) if known else INK
     shift = -0.12 if square.note else 0.0
     first = axis.text(x, y + shift, square.text, ha="center", va="center", fontsize=8.5 / crowd)
     first.set_color(ink)

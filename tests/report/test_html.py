@@ -8,10 +8,20 @@ from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.patches import Rectangle
 
-from gaitlab.render.figure_style import new_figure, save, vector_figures
+from gaitlab.render.figure_style import (
+    letters_on,
+    new_figure,
+    save,
+    share_colours,
+    vector_figures,
+)
 from gaitlab.report.forms import html_page, write_html
+from gaitlab.report.forms.drawings import inlined
 from gaitlab.report.markdown import code, escape, image, section, table
 from tests.report.browser import CHROMIUM, Browser, browser
 
@@ -221,3 +231,36 @@ def test_a_link_to_a_folded_heading_unfolds_it(tab: Browser) -> None:
     tab.value("location.hash = '#inside'; new Promise(done => setTimeout(done, 50))")
     tab.ask("Runtime.evaluate", expression="new Promise(requestAnimationFrame)", awaitPromise=True)
     assert tab.value(folded) is True
+
+
+def test_the_colour_of_a_share_is_the_same_on_a_dark_page_and_its_letters_can_be_read(
+    tmp_path: Path,
+) -> None:
+    shares = np.linspace(0.0, 1.0, 41)
+    figure = new_figure()
+    axes = figure.subplots()
+    for share in shares:
+        ink, face = letters_on(share), share_colours()(share)
+        assert contrast(to_rgb(ink), to_rgb(face)) > 4.5
+        axes.text(share, 0.5, "x", color=ink)
+        axes.add_patch(Rectangle((share, 0.0), 0.02, 1.0, facecolor=face))
+    with vector_figures():
+        save(figure, tmp_path, "shares")
+    text = inlined(tmp_path / "shares.svg", "shares", "a-")
+    colours = {to_hex(share_colours()(share)) for share in shares} | {
+        letters_on(share).lower() for share in shares
+    }
+    turned = re.findall(r"light-dark\((#\w+)", text)
+    assert turned
+    assert colours.isdisjoint(turned)
+    assert all(colour in text for colour in colours)
+
+
+def contrast(*colours: tuple[float, float, float]) -> float:
+    """Ratio of relative luminances, WCAG 2.2."""
+    linear = [
+        [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
+        for colour in colours
+    ]
+    low, high = sorted(float(np.dot((0.2126, 0.7152, 0.0722), each)) for each in linear)
+    return (high + 0.05) / (low + 0.05)

@@ -37,10 +37,8 @@ from gaitlab.papers.reproduction.efficiency import Simulated, claims, differing,
 from gaitlab.papers.reproduction.section import Context
 from gaitlab.papers.reproduction.together import Shown, together
 from gaitlab.render.figure_style import (
-    DARK,
     INK,
-    PAPER,
-    VERMILLION,
+    letters_on,
     new_figure,
     save,
     share_colours,
@@ -275,11 +273,11 @@ def _draw(axis: Axes, reference: ReferenceTable, columns: Sequence[Scored]) -> N
         x, y = grounds.index(place.surface) * (width + 0.6), rows.index(place.printed)
         there = [found[place] for found in cells if place in found]
         mark = "\u2020" if there[0].calibrated else ""
-        _patch(axis, x, y, float(there[0].printed), mark, INK)
+        _patch(axis, x, y, float(there[0].printed), mark)
         for index, found in enumerate(cells):
             if place in found:
                 mark = "" if found[place].agrees() else "\u2260"
-                _patch(axis, x + 1 + index, y, found[place].ours.share(), mark, VERMILLION)
+                _patch(axis, x + 1 + index, y, found[place].ours.share(), mark)
     axis.set_xlim(-0.1, len(grounds) * (width + 0.6) - 0.5)
     axis.set_ylim(len(rows) - 0.4, -0.6)
     axis.set_yticks(
@@ -292,13 +290,13 @@ def _draw(axis: Axes, reference: ReferenceTable, columns: Sequence[Scored]) -> N
     axis.set_title(reference.title)
 
 
-def _patch(axis: Axes, x: float, y: int, share_up: float, mark: str, colour: str) -> None:
+def _patch(axis: Axes, x: float, y: int, share_up: float, mark: str) -> None:
     face = share_colours()(share_up)
     axis.add_patch(
         Rectangle((x, y - 0.45), 0.94, 0.9, facecolor=face, edgecolor=INK, linewidth=0.3)
     )
     if mark:
-        ink = PAPER if share_up > DARK else colour
+        ink = letters_on(share_up)
         axis.text(x + 0.47, y, mark, ha="center", va="center", fontsize=8.0, color=ink)
 
 

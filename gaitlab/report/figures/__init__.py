@@ -1,5 +1,1 @@
 """The figures of a report, one file each. They draw what they are given and choose nothing."""
-
-from gaitlab.render.figure_style import DARK
-
-__all__ = ["DARK"]

@@ -17,12 +17,12 @@ from gaitlab.experiment.study import Numbers
 from gaitlab.render.figure_style import (
     BLACK,
     BLUE,
-    DARK,
     FAINT,
     INK,
     PAPER,
     SKY,
     VERMILLION,
+    letters_on,
     new_figure,
     share_colours,
     style,
@@ -282,7 +282,7 @@ def _crossing(axis: Axes, x: int, y: int, cell: Crossing | None) -> None:
     if cell is None or not known:
         axis.text(x, y, "no data", ha="center", va="center", fontsize=8.0, backgroundcolor=PAPER)
         return
-    ink = PAPER if share > DARK else INK
+    ink = letters_on(share)
     below = number(cell.objective) if cell.objective == cell.objective else ""
     axis.text(
         x,

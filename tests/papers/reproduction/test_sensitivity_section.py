@@ -300,7 +300,7 @@ def test_the_box_is_held_against_the_printed_row(tmp_path: Path, rule, expected)
     """Row 12 cm turns from unstable to stable on both grasses: as printed, on one, on none."""
     experiment = read(tmp_path, PRINTED_ROW + COMPARED)
     text = page(experiment, results_of(experiment, rule), tmp_path)
-    (told,) = re.findall(r"\*\*(\d+)/32, .* at most (\d) .* is \+(\d+) points", text)
+    (told,) = re.findall(r"\*\*(\d+) of 32 .* at most (\d) .* is \+(\d+) points", text)
     assert tuple(map(int, told)) == expected
     assert "on 1 of 3 grounds without and on 3 with, +67 points" in text
 

@@ -24,7 +24,15 @@ from gaitlab.report.cells import STEP
 from gaitlab.report.markdown import details, escape, image, table
 from gaitlab.report.provenance import seeds_text
 from gaitlab.report.results import Results
-from gaitlab.report.words import path_text, plural, share, surface_text, with_unit
+from gaitlab.report.words import (
+    interval,
+    path_text,
+    percent,
+    plural,
+    share,
+    surface_text,
+    with_unit,
+)
 from gaitlab.statistics import (
     STABLE_SHARE,
     Contrast,
@@ -174,8 +182,8 @@ def _printed(sweep: Sweep, experiment: Experiment, results: Results) -> list[str
     return [
         f"The paper prints this row stable on {without.sum()} of {len(there)} grounds without and "
         f"on {with_it.sum()} with, {gain:+.0f} points. Its {len(turned)} grounds turn from not "
-        f"stable to stable together at **{share(count, n, wilson(count, n))} points of the box**, "
-        f"at most {most} of them at any; the largest improvement of the stable share is "
+        f"stable to stable together at **{count} of {n} points of the box** "
+        f"({percent(100.0 * count / n)} {interval(wilson(count, n), 100.0)}), at most {most} of them at any; the largest improvement of the stable share is "
         f"{100.0 * sweep.shares.improvement.max():+.0f} points."
     ]
 

@@ -238,7 +238,9 @@ def _met(cells: Sequence[Judged], every: Sequence[Sequence[Judged]]) -> str:
     shared = set.intersection(*({cell.place for cell in other} for other in beside))
     same = agreement([cell for cell in cells if cell.place in shared])
     text = f"{count_text(agreement(cells))} ({cells[0].table.title})"
-    return text if same.n == len(cells) else f"{text}; the same cells {same.successes}/{same.n}"
+    if same.n in (0, len(cells)):
+        return text
+    return f"{text}; the same cells {same.successes}/{same.n}"
 
 
 def _reach_sentence(found: _Compared) -> str:
