@@ -183,7 +183,8 @@ def _printed(sweep: Sweep, experiment: Experiment, results: Results) -> list[str
         f"The paper prints this row stable on {without.sum()} of {len(there)} grounds without and "
         f"on {with_it.sum()} with, {gain:+.0f} points. Its {len(turned)} grounds turn from not "
         f"stable to stable together at **{count} of {n} points of the box** "
-        f"({percent(100.0 * count / n)} {interval(wilson(count, n), 100.0)}), at most {most} of them at any; the largest improvement of the stable share is "
+        f"({percent(100.0 * count / n)} {interval(wilson(count, n), 100.0)}), at most {most} of "
+        "them at any; the largest improvement of the stable share is "
         f"{100.0 * sweep.shares.improvement.max():+.0f} points."
     ]
 
