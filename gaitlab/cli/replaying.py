@@ -61,7 +61,7 @@ def replay(
     other: Annotated[
         str | None,
         typer.Argument(
-            metavar="[OTHER]",
+            metavar="OTHER",
             help="A second trial, shown beside it.",
             autocompletion=complete_trials,
         ),
@@ -180,7 +180,7 @@ def view(
     experiment: Annotated[
         str | None,
         typer.Argument(
-            metavar="[EXPERIMENT]",
+            metavar="EXPERIMENT",
             help="A file, or the name of one in experiments/; by default the one that was planned "
             "last into the store.",
             autocompletion=complete_experiments,

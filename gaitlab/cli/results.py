@@ -82,7 +82,7 @@ def report(
     experiments: Annotated[
         list[str],
         typer.Argument(
-            metavar="EXPERIMENT...",
+            metavar="EXPERIMENT",
             help="Files, or names of some in experiments/.",
             autocompletion=complete_experiments,
         ),
