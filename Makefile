@@ -56,7 +56,7 @@ reports: $(VENV)/installed  ## make the published reports again, in some two hou
 	@for name in reproduction confirmed pitch_confirmed; do $(BIN)/gaitlab run eros_$$name || exit; done; \
 	  $(BIN)/gaitlab report eros_reproduction
 	@for name in all_robots all_robots_walk; do $(BIN)/gaitlab run $$name --engine mujoco || exit; done; \
-	  $(BIN)/gaitlab report all_robots all_robots_walk --set engine.name=mujoco --output reports/all_robots
+	  $(BIN)/gaitlab report all_robots all_robots_walk --engine mujoco --output reports/all_robots
 	@for name in eros_push eros_slope; do \
 	  $(BIN)/gaitlab run $$name && $(BIN)/gaitlab report $$name || exit; \
 	done

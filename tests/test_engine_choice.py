@@ -127,3 +127,19 @@ def test_a_study_that_confirms_elsewhere_is_another_study_and_one_that_does_not_
     plain = searches.study()
     assert searches.study("study.confirm=bullet").digest != plain.digest
     assert searches.study().digest == plain.digest
+
+
+def test_what_was_run_with_an_engine_is_shown_with_the_same_option(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = ["eros_quick", "--engine", "mujoco", "--seeds", "1", "--set", "horizon.cycles=1",
+             "--set", "surfaces=[carpet_4mm]", "--set", "grid.gait.step_length=[0.02]"]  # fmt: skip
+    assert run_command_line(["run", *asked, "-j", "0", "--quiet"]) == 0
+    folders = set()
+    for command in (["report", *asked], ["view", *asked, "--no-open"]):
+        assert run_command_line(command) == 0
+        page = Path(capfd.readouterr().out.splitlines()[-1])
+        assert page.is_file()
+        folders.add(page.parent)
+    assert len(folders) == 1

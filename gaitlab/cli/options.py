@@ -105,6 +105,14 @@ Engine: TypeAlias = Annotated[
         "walks some ten times faster. Short for --set engine.name=...",
     ),
 ]
+ShownEngine: TypeAlias = Annotated[
+    EngineChoice | None,
+    typer.Option(
+        "--engine",
+        help="Show what was simulated in this engine instead of the file's. Short for --set "
+        "engine.name=...",
+    ),
+]
 Seeds: TypeAlias = Annotated[
     int | None,
     typer.Option("--seeds", metavar="N", help="Replicates of each cell, instead of the file's."),

@@ -20,8 +20,10 @@ from gaitlab.cli.options import (
     Quick,
     Seeds,
     Settings,
+    ShownEngine,
     StoreFolder,
     complete_experiments,
+    with_engine,
     written_to,
 )
 from gaitlab.cli.printing import other_output_on_stderr, plural, say, size, tell
@@ -206,6 +208,7 @@ def view(
     quick: Quick = False,
     seeds: Seeds = None,
     settings: Settings = None,
+    engine: ShownEngine = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Look at an experiment, a study or a reproduction in the browser, with walks in 3-D.
@@ -229,18 +232,18 @@ def view(
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
-    results = Store(store)
+    results, settings = Store(store), with_engine(settings, engine)
     name = experiment or _newest(results)
     with other_output_on_stderr(), steps():
         whole: Reproduction | None
         if is_reproduction(name):
             from gaitlab.papers.reproduction import load_reproduction
 
-            whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
+            whole = load_reproduction(name, quick=quick, settings=settings, seeds=seeds)
         else:
             refuse_quick(name, quick)
-            asked = load_experiment(name, settings or (), seeds)
-            whole = _sweep(asked, settings or (), seeds)
+            asked = load_experiment(name, settings, seeds)
+            whole = _sweep(asked, settings, seeds)
         if whole is not None:
             from gaitlab.papers.reproduction.view import view_reproduction
 

@@ -24,8 +24,10 @@ from gaitlab.cli.options import (
     Quick,
     Seeds,
     Settings,
+    ShownEngine,
     StoreFolder,
     complete_experiments,
+    with_engine,
     written_to,
 )
 from gaitlab.cli.printing import (
@@ -113,6 +115,7 @@ def report(
     quick: Quick = False,
     seeds: Seeds = None,
     settings: Settings = None,
+    engine: ShownEngine = None,
     store: StoreFolder = DEFAULT_STORE,
 ) -> int:
     """Write the tables and figures of experiments, studies or a reproduction as a page of Markdown.
@@ -131,6 +134,7 @@ def report(
 
     if output is not None and output.exists() and not output.is_dir():
         raise UsageError(f"--output {output}: a file is in the way; give a folder")
+    settings = with_engine(settings, engine)
     if any(map(is_reproduction, experiments)):
         from gaitlab.cli.reproducing import only_one
         from gaitlab.papers.reproduction import load_reproduction, write_reproduction
@@ -138,7 +142,7 @@ def report(
 
         name, html = only_one(experiments), form is Form.html
         with other_output_on_stderr(), steps():
-            whole = load_reproduction(name, quick=quick, settings=settings or (), seeds=seeds)
+            whole = load_reproduction(name, quick=quick, settings=settings, seeds=seeds)
             page = write_reproduction(
                 whole, Store(store), output, html=html, tables=tables, force=force
             )
