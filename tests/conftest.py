@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 import tempfile
 from collections.abc import Generator
 from importlib.util import find_spec
@@ -24,6 +26,8 @@ DISK = tempfile.gettempdir()
 MEMORY = Path("/dev/shm")
 BULLET = ("pybullet", "pybullet_utils")
 ROOM = 1 << 30  # bytes; a container may have a few megabytes there
+COMPILE_TIME = 300.0  # s for what takes half a minute on an idle machine
+COMPILING = pytest.StashKey[subprocess.Popen[bytes]]()
 
 
 def _has_room() -> bool:
@@ -68,6 +72,27 @@ def pytest_xdist_auto_num_workers() -> int:
     from gaitlab.running.cpu import processors
 
     return processors() * 3 // 2
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile once for all workers, while they collect."""
+    config, quiet = session.config, subprocess.DEVNULL
+    if (config.getoption("numprocesses", 0) or 0) > 1 and not hasattr(config, "workerinput"):
+        command = [sys.executable, "-m", "tests.compiling"]
+        config.stash[COMPILING] = subprocess.Popen(
+            command, cwd=config.rootpath, stdout=quiet, stderr=quiet
+        )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop(session: pytest.Session) -> None:
+    """Give out no test before that; what is wrong with it, the tests will tell."""
+    if (compiling := session.config.stash.get(COMPILING, None)) is None:
+        return
+    try:
+        compiling.wait(COMPILE_TIME)
+    except subprocess.TimeoutExpired:
+        compiling.kill()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -168,8 +168,8 @@ import gaitlab.running.processes as processes
 from tests.test_executors import behave, jobs
 processes.START_TIME = 5.0  # s of work; a start takes about one
 if __name__ == "__main__":
-    deeds = [replace(job, timeout=2.0) for job in jobs(*["work hard"] * 6)]
-    lost = [o.reason for o in processes.Processes(behave, 6).run(deeds) if o.record is None]
+    deeds = [replace(job, timeout=2.0) for job in jobs(*["work hard"] * 3)]
+    lost = [o.reason for o in processes.Processes(behave, 3).run(deeds) if o.record is None]
     print(lost)
 """
 
@@ -177,7 +177,7 @@ if __name__ == "__main__":
 @pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what others do")
 def test_a_starved_machine_is_slow_and_never_wrong(tmp_path: Path) -> None:
-    """Six workers on two fifths of a processor: starts and trials take far longer than they may."""
+    """Three workers on two fifths of a processor: starts and trials take longer than they may."""
     root, script = Path(__file__).parent.parent, tmp_path / "starved.py"
     script.write_text(STARVED)
     environment = {**os.environ, "PYTHONPATH": str(root)}

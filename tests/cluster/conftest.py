@@ -11,7 +11,7 @@ import pytest
 
 from tests.cluster.loopback_slurm import LoopbackSlurm, NoSlurm, loopback_slurm
 
-CPUS = 4  # that the node pretends to have
+CPUS = 2  # that the node pretends to have
 
 
 @pytest.fixture(scope="module")

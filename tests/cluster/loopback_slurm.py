@@ -24,6 +24,7 @@ from tests.reliability.drivers import until
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scancel", "sinfo")
 START = 30.0  # s in which the daemons are ready, or something is wrong
+ASKED = 0.2  # s between two clients that ask them, each a process
 ROOT = Path(__file__).parent.parent.parent
 SBIN = ("/usr/sbin", "/usr/local/sbin")  # where daemons are, which not everybody's PATH names
 
@@ -145,7 +146,7 @@ class LoopbackSlurm:
         self._munged()
         self._daemon("slurmctld", "-D", "-f", str(self.configuration))
         self.start_node()
-        if not until(self._idle, START):
+        if not until(self._idle, START, period=ASKED):
             said = [file.read_text()[-500:] for file in sorted(self.folder.glob("*.out"))]
             raise NoSlurm(f"its daemons do not start here: {' '.join(said)}")
 
@@ -183,7 +184,7 @@ class LoopbackSlurm:
 
     def wait_until_empty(self, seconds: float) -> None:
         """Wait until every job has ended."""
-        assert until(lambda: not self.queue(), seconds), self.queue()
+        assert until(lambda: not self.queue(), seconds, period=ASKED), self.queue()
 
     def kill_node(self) -> int:
         """SIGKILL for slurmd, every slurmstepd and every job, as if the node lost its power.

@@ -24,8 +24,8 @@ from tests.cluster.loopback_slurm import (
 from tests.reliability.drivers import line_of, until
 
 DATA = ROOT / "tests" / "data"
-SHARDS, TRIALS = 5, 100  # one more than the node has processors
-DEATHS, BETWEEN = 3, (5, 20)  # and how many trials are committed from one to the next
+SHARDS, TRIALS = 3, 80  # one more than the node has processors
+DEATHS, BETWEEN = 3, (3, 10)  # and how many trials are committed from one to the next
 LIMITS = (
     *("1", "90", "90:30", "1:30:00", "100:00:00", "1-12", "1-12:30", "1-12:30:59", "0-1"),
     *("0:30", "1:2:3:4", "x", "1:2:x", "1-1:1:1:1", "1.5", "1 2", "1-1-1"),

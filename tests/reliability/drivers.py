@@ -87,10 +87,11 @@ def line_of(stream: IO[str], seconds: float = PATIENCE) -> str:
     return line
 
 
-def until(condition: Callable[[], bool], seconds: float = 30.0) -> bool:
+def until(condition: Callable[[], bool], seconds: float = 30.0, *, period: float = 0.005) -> bool:
+    """Whether a condition comes true in time, looked at after every period, both in [s]."""
     end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
-        time.sleep(0.005)
+        time.sleep(period)
     return condition()
 
 

@@ -157,7 +157,7 @@ def test_heavier_and_longer_robots_follow_their_parameters() -> None:
 
 @pytest.mark.parametrize("surface", ["hard_floor", "carpet_4mm"])
 def test_it_walks_and_its_sensors_carry_its_weight(surface: str) -> None:
-    log = simulate(walk(surface, cycles=3.0))
+    log = simulate(walk(surface, cycles=2.0))
     found = measure(log)
     assert not found["fell"]
     assert log.distance == pytest.approx(log.commanded_distance, rel=0.25)
@@ -174,6 +174,6 @@ def test_it_walks_and_its_sensors_carry_its_weight(surface: str) -> None:
 @pytest.mark.long
 def test_the_lateral_profile_as_printed_rocks_the_robot_far_more() -> None:
     profiles = ("printed", walk("hard_floor", cycles=1.0).gait.lateral_profile)
-    walks = (walk("hard_floor", cycles=3.0, lateral_profile=profile) for profile in profiles)
+    walks = (walk("hard_floor", cycles=2.0, lateral_profile=profile) for profile in profiles)
     printed, ours = (measure(simulate(each))["roll_amplitude"] for each in walks)
     assert printed > 2.0 * ours

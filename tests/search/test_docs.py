@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.forked import gaitlab
-from tests.test_docs import ROOT, blocks, commands
+from tests.test_docs import ROOT, alone, blocks, commands
 
 PAGE = ROOT / "docs" / "optimising.md"
 SHORT = ("--set", "horizon.time=0.2", "--set", "seeds=1", "--set", "study.batch=2")
@@ -26,7 +26,7 @@ def shortened(command: str) -> list[str]:
         return [*words, "--dry-run"]
     short = SHORT if own else ()
     unchecked = ["--no-validation"] if words[0] == "optimize" else []
-    return [*words, *short, *unchecked]
+    return alone([*words, *short, *unchecked])
 
 
 @pytest.mark.long
