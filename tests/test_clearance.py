@@ -281,7 +281,7 @@ def test_no_shipped_experiment_commands_an_overlap(name: str) -> None:
 @pytest.mark.parametrize("surface", ["carpet_4mm", "grass_30mm"])
 def test_no_walk_of_the_quick_experiment_reaches_an_overlap(surface: str) -> None:
     experiment = load_experiment(
-        "eros_quick", ["seeds=1", f"surfaces=[{surface}]", "horizon.cycles=2"]
+        "eros_quick", ["seeds=1", f"surfaces=[{surface}]", "horizon.cycles=1"]
     )
     for planned in plan(experiment).trials():
         assert measure(simulate(planned.trial))["feet_gap"] > 0.0
