@@ -335,6 +335,7 @@ def test_an_address_that_does_not_answer_is_one_message(
     tmp_path: Path, monkeypatch, capfd, listens: bool
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("gaitlab.running.dask_connection.ANSWER_TIME", 1.0)
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         port = silent.getsockname()[1] if listens else free_port()
@@ -366,6 +367,7 @@ def test_what_cannot_be_meant_is_refused_in_a_line(
     tmp_path: Path, monkeypatch, capfd, words: list[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("gaitlab.running.dask_connection.ANSWER_TIME", 1.0)
     code = run_command_line(["run", str(sweeps.FILE), *words])
     out, err = capfd.readouterr()
     assert (code, out) == (2, "")
