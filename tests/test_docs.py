@@ -220,8 +220,6 @@ def affordable(words: list[str]) -> list[str]:
         return [*words, *(() if "--no-open" in words else ("--no-open",))]
     if words[0] == "replay":
         return [*words, "--fps", "5", "--to", "0.3", "-j", "0"]
-    if words[0] == "view":
-        return [*words, "--no-open"]
     return words
 
 
