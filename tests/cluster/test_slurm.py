@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from gaitlab.cli import run_command_line
 from gaitlab.errors import UsageError
 from gaitlab.running.slurm import limit_seconds, output_in
 from tests.cluster.loopback_slurm import (
@@ -161,13 +162,19 @@ def test_slurm_takes_the_script_as_it_is_printed(slurm: LoopbackSlurm, tmp_path:
 
 
 def test_what_slurm_refuses_is_one_message_in_its_words(
-    slurm: LoopbackSlurm, tmp_path: Path
+    slurm: LoopbackSlurm,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SLURM_CONF", slurm.environment["SLURM_CONF"])
     for more in ("--partition=nowhere", "--cpus=1000", "--sbatch=--no-such-option"):
-        done = gaitlab(slurm, tmp_path, "submit", str(DATA / "pretended.yaml"), more)
-        assert (done.returncode, done.stdout) == (2, ""), more
-        assert "sbatch refuses: " in done.stderr, more
-        assert "Traceback" not in done.stderr
+        code = run_command_line(["submit", str(DATA / "pretended.yaml"), more])
+        out, err = capfd.readouterr()
+        assert (code, out) == (2, ""), more
+        assert "sbatch refuses: " in err, more
+        assert "Traceback" not in err
         assert not slurm.queue()
 
 
