@@ -314,6 +314,44 @@ def test_no_worker_outlives_two_ctrl_c_at_its_birth_or_death(
     assert active_children() == []
 
 
+LEFT = """
+import weakref
+weakref.finalize(weakref, int)  # from here on it is sure to come after multiprocessing at the end
+from gaitlab.running.processes import Child
+from gaitlab.running.worker import simulated
+left = Child(simulated)
+"""
+
+
+def test_a_worker_that_nobody_ends_does_not_keep_python_from_ending(tmp_path: Path) -> None:
+    """As a traceback keeps one that was being started when Ctrl-C struck."""
+    ended = subprocess.run([sys.executable, "-c", LEFT], cwd=ROOT, timeout=60.0, check=False)
+    assert ended.returncode == 0
+
+
+BLOCKED = """
+from multiprocessing import active_children
+from pathlib import Path
+from gaitlab.running.processes import Child
+from gaitlab.running.worker import simulated
+workers = [Child(simulated), Child(simulated)]
+for process in active_children():
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    print(status.split("SigBlk:")[1].split()[0])
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="no /proc here")
+def test_the_first_worker_is_as_deaf_as_all_others() -> None:
+    """The process that multiprocessing starts before it makes the driver hear again."""
+    command = [sys.executable, "-c", BLOCKED]
+    told = subprocess.run(command, cwd=ROOT, timeout=60.0, check=True, capture_output=True)
+    masks = [int(line, 16) for line in told.stdout.split()]
+    assert len(masks) == 2
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        assert all(mask >> (number - 1) & 1 for mask in masks)
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("well")
 def test_a_run_killed_again_and_again_ends_in_the_same_store(store: Store, tmp_path: Path) -> None:

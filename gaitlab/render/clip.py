@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import islice
 from math import isfinite
 from multiprocessing import get_context
+from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 
 import numpy as np
@@ -158,6 +159,7 @@ def frames(
 @contextmanager
 def _deaf_children() -> Iterator[None]:
     """Processes started herein leave Ctrl-C to this one, already while they are being started."""
+    ensure_running()  # as in `running.processes`: it makes all hear again as it starts
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -22,7 +22,6 @@ import signal
 import sys
 import tempfile
 import time
-import weakref
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
@@ -30,6 +29,8 @@ from functools import partial
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from multiprocessing.resource_tracker import ensure_running
+from multiprocessing.util import Finalize
 from pathlib import Path
 from types import ModuleType
 from typing import IO, TypeAlias
@@ -78,7 +79,9 @@ class Child:
             args=(other, task, os.getpid(), Path(self._output.name), memory),
             daemon=True,
         )
-        weakref.finalize(self, _end, self._process)
+        # Not by `weakref.finalize`: at the end of Python that may come after multiprocessing, which
+        # waits for every child.
+        Finalize(self, _end, (self._process,), exitpriority=0)
         with deaf_child(), _single_threaded_child(), _without_main():
             self._process.start()
         self._clock = WorkClock(self._process.pid or 0)
@@ -186,12 +189,12 @@ class Child:
 
 
 def _end(process: SpawnProcess) -> None:
-    """End a process, if it ever began.
+    """End a process, if it ever began and has not ended.
 
     It has to be done even if Ctrl-C strikes while a worker is started or killed: nobody would know
     of that worker, it is deaf to what Python ends its children with, and Python waits for them.
     """
-    if process.pid is not None:
+    if process.pid is not None and process.exitcode is None:
         process.kill()
         process.join()
 
@@ -207,6 +210,7 @@ def _output_file() -> IO[str]:
 @contextmanager
 def deaf_child() -> Iterator[None]:
     """A process started herein never sees the signals that stop a run, not even while importing."""
+    ensure_running()  # multiprocessing's own process: as it starts it makes all hear again
     deaf = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, deaf)
     try:
