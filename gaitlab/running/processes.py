@@ -81,7 +81,7 @@ class Child:
         )
         # Not by `weakref.finalize`: at the end of Python that may come after multiprocessing, which
         # waits for every child.
-        Finalize(self, _end, (self._process,), exitpriority=0)
+        Finalize(self, _end, (self._process, self._pipe, self._output), exitpriority=0)
         with deaf_child(), _single_threaded_child(), _without_main():
             self._process.start()
         self._clock = WorkClock(self._process.pid or 0)
@@ -131,9 +131,7 @@ class Child:
 
     def kill(self) -> None:
         """End the process at once, whatever it does."""
-        _end(self._process)
-        self._pipe.close()
-        self._output.close()
+        _end(self._process, self._pipe, self._output)
 
     def _begin(self) -> None:
         """Count the time of the start, or of the job, from now on."""
@@ -188,15 +186,19 @@ class Child:
         return "".join(f"\n{line}" for line in lines)
 
 
-def _end(process: SpawnProcess) -> None:
-    """End a process, if it ever began and has not ended.
+def _end(process: SpawnProcess, pipe: Connection, output: IO[str]) -> None:
+    """End a process, if it ever began and has not ended, and close what led to it.
 
     It has to be done even if Ctrl-C strikes while a worker is started or killed: nobody would know
     of that worker, it is deaf to what Python ends its children with, and Python waits for them.
     """
-    if process.pid is not None and process.exitcode is None:
-        process.kill()
-        process.join()
+    try:
+        if process.pid is not None and process.exitcode is None:
+            process.kill()
+            process.join()
+    finally:
+        pipe.close()
+        output.close()
 
 
 def _output_file() -> IO[str]:
