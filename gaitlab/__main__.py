@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 from io import TextIOWrapper
 
@@ -20,9 +19,6 @@ def main() -> None:
     if sys.platform == "win32":
         print(WINDOWS, file=sys.stderr)
         sys.exit(2)
-    # Loading libraries and drawing make many objects that stay: looking through them again and
-    # again takes a tenth of a report's time.
-    gc.set_threshold(100_000, 20, 20)
     try:
         from gaitlab.cli import run_command_line
     except KeyboardInterrupt:

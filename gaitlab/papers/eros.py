@@ -26,13 +26,13 @@ from gaitlab.papers.page import (
 )
 from gaitlab.papers.printed import forward_counted, pedestals
 from gaitlab.papers.printed import rows as rows_of
+from gaitlab.papers.reproduction.sections.pitch import Published, published_settings, walks_of
 from gaitlab.papers.walks import not_simulated, trials
 from gaitlab.robots.eros import Robot
 from gaitlab.statistics import distance_difference, efficiency, stability_percent, stable_cell
 
 WALKED = ("DONE", "INFEASIBLE")  # states that are scored
 STEP = "gait.step_length"
-SWAY = "gait.lateral_sway"
 TABLES = "eros_frozen"  # the experiments of the reproduction that are shown here
 FIGURES = "eros_pitch"
 CHAINS = {
@@ -275,38 +275,35 @@ def experiments(store: Path) -> list[PrintedTable]:
     ]
     title = "Figures 24, 26, 28: distance, and steps times step"
     distances = PrintedTable(title=title, unit="m", digits=2, rows=lengths)
-    return [gains, distances, _pitch(store, walks)]
+    return [gains, distances, _pitch(store)]
 
 
-def _pitch(store: Path, walks: Sequence[Mapping[str, str]]) -> PrintedTable:
+def _pitch(store: Path) -> PrintedTable:
     """Printed pitch amplitude beside the median of the simulated walks, X read as foot travel."""
     found = trials(store, FIGURES, WALKED)
-    rows = [_amplitude(walk, _walked(walk, found)) for walk in walks]
+    one = load_reference("eros_table7").readings["foot_travel"].one
+    rows = [
+        _amplitude(printed, found if found.empty else walks_of(found, printed, printed.x * one))
+        for setting in published_settings().values()
+        for printed in setting.values()
+    ]
     title = "Figures 24, 26, 28: pitch amplitude on pedestal 1, simulated median where there is one"
     return PrintedTable(title=title, unit="degrees", digits=1, rows=rows)
 
 
-def _walked(walk: Mapping[str, str], trials: pd.DataFrame) -> pd.DataFrame:
-    """The simulated walks of one printed one: X cm of foot travel are two step lengths."""
-    if trials.empty:
-        return trials
-    step, sway = float(walk["X_mm"]) / 200.0, float(walk["Y_mm"]) / 1e3
-    optimised = trials["gait.heel_strike"].ne("none") == (walk["optimization"] == "with")
-    near_step = np.isclose(trials[STEP].astype(float), step)
-    return trials[optimised & near_step & np.isclose(trials[SWAY].astype(float), sway)]
-
-
-def _amplitude(walk: Mapping[str, str], trials: pd.DataFrame) -> PrintedNumber:
-    notes = [] if walk["fell"] == "no" else [f"fell after {walk['distance_m']} m in print"]
+def _amplitude(printed: Published, trials: pd.DataFrame) -> PrintedNumber:
+    """Of the simulated walks those without or with heel strike, as it was printed."""
+    notes = [f"fell after {printed.distance} m in print"] if printed.fell else []
     median = None
     if "pitch_amplitude" in trials:
-        angles = pd.to_numeric(trials["pitch_amplitude"], errors="coerce").dropna()
-        fell = int(trials["fell"].fillna(value=False).astype(bool).sum())
-        notes.append(f"{fell} of {len(trials)} fell, {len(angles)} walked a whole cycle")
+        walked = trials[trials["gait.heel_strike"].ne("none") == printed.optimised]
+        angles = pd.to_numeric(walked["pitch_amplitude"], errors="coerce").dropna()
+        fell = int(walked["fell"].fillna(value=False).astype(bool).sum())
+        notes.append(f"{fell} of {len(walked)} fell, {len(angles)} walked a whole cycle")
         median = float(np.degrees(angles.median())) if len(angles) else None
     return PrintedNumber(
-        label=f"{walk['figure']}, {walk['optimization']}",
-        printed=float(walk["avg_pitch_vibration_deg_plusminus"]),
+        label=f"{printed.figure}, {'with' if printed.optimised else 'without'}",
+        printed=printed.amplitude,
         ours=median,
         note="; ".join(notes),
     )

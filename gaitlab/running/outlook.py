@@ -17,7 +17,7 @@ from gaitlab.simulation.trial import duration
 from gaitlab.store import Index, Listed, Shard, Store, listed, shares
 
 BYTES_PER_TICK = 350  # of a committed log of 20 joints, see benchmarks
-START_TIME = 1.5  # s, in which workers load what they need
+LOAD_TIME = 1.5  # s, in which workers load what they need
 
 # One of the five below, or what changed since the same cell was asked for: `surface changed`.
 Standing: TypeAlias = str
@@ -86,7 +86,7 @@ def cost(planned: Plan, trials: int, jobs: int) -> Cost:
     ticks = sum(seconds / trial.engine.dt for trial, seconds in sample) / len(sample)
     return Cost(
         trials=trials,
-        seconds=trials * Pace.here().mean(sample) / max(1, jobs) + (START_TIME if trials else 0.0),
+        seconds=trials * Pace.here().mean(sample) / max(1, jobs) + (LOAD_TIME if trials else 0.0),
         size=trials * ticks * BYTES_PER_TICK,
     )
 

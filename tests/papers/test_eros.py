@@ -43,6 +43,7 @@ def test_an_amplitude_is_of_the_walks_with_the_printed_step_and_sway(monkeypatch
         {
             "gait.step_length": 0.005 * float(walk["X_mm"]) + off,
             "gait.lateral_sway": 1e-3 * float(walk["Y_mm"]),
+            "surface": "grass_50mm",
             "gait.heel_strike": "add" if walk["optimization"] == "with" else "none",
             "pitch_amplitude": np.radians(
                 float(walk["avg_pitch_vibration_deg_plusminus"]) + 90 * (off > 0)

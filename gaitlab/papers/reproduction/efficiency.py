@@ -67,21 +67,22 @@ class Differing(NamedTuple):
     Attributes:
         table: Printed table that they are of.
         direction: Their rows'.
-        up: Whether they stay up though printed unstable, or do not though printed stable.
+        stable: Whether they are stable though printed unstable, or not though printed stable.
         n: How many.
         points: Percentage points of efficiency; negative where they make the gain smaller.
     """
 
     table: ReferenceTable
     direction: str
-    up: bool
+    stable: bool
     n: int
     points: float
 
     @property
     def text(self) -> str:
-        """What they do: `Table 7 forward, up though printed unstable (6 cells)`."""
-        what = "up though printed unstable" if self.up else "fallen though printed stable"
+        """What they are: `Table 7 forward, stable though printed unstable (6 cells)`."""
+        here, printed = ("stable", "unstable") if self.stable else ("not stable", "stable")
+        what = f"{here} though printed {printed}"
         return f"{self.table.title} {self.direction}, {what} ({plural(self.n, 'cell')})"
 
 
@@ -100,10 +101,10 @@ def differing(cells: Sequence[Judged]) -> list[Differing]:
             key = (cell.table.name, cell.place.direction, not cell.printed)
             groups.setdefault(key, []).append(cell)
     found = []
-    for (name, direction, up), group in groups.items():
+    for (name, direction, stable), group in groups.items():
         weights = (100.0 / (grounds[name] * counts[name, cell.place.surface]) for cell in group)
-        points = sum(weights) * (1.0 if up == (name != before.name) else -1.0)
-        found.append(Differing(group[0].table, direction, up, len(group), points))
+        points = sum(weights) * (1.0 if stable == (name != before.name) else -1.0)
+        found.append(Differing(group[0].table, direction, stable, len(group), points))
     return sorted(found, key=lambda each: each.points)
 
 

@@ -121,13 +121,13 @@ def run_command(reproduction: Reproduction, store: Store) -> str:
 
 def _commands(reproduction: Reproduction, context: Context) -> list[str]:
     """Shell lines that make the page again, one for each member with further seeds of its file."""
+    store = context.store
     further = [
-        command("run", [filed], context.store.path)
+        command("run", [filed], store.path)
         for name, filed in reproduction.filed.items()
         if not set(_seeds(context, name)) <= set(context.experiments[name].seeds)
     ]
-    run, report = (line(reproduction, context.store) for line in (run_command, report_command))
-    return [run, *further, report]
+    return [run_command(reproduction, store), *further, report_command(reproduction, store)]
 
 
 def _seeds(context: Context, name: str) -> list[int]:

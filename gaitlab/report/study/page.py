@@ -114,7 +114,8 @@ def write_study_page(findings: Findings, folder: Path) -> Path:
     """Write README.md, details.md and their figures into a folder; returns README.md."""
     folder.mkdir(parents=True, exist_ok=True)
     rows = crossings(findings)
-    picture = _picture(findings, rows, folder)
+    history = _history(findings, folder)
+    picture = _picture(findings, rows, folder) or history
     found: list[str] = []
     if findings.chosen:
         found = [tables.fresh_table(findings), tables.winner_table(findings)]
@@ -130,17 +131,18 @@ def write_study_page(findings: Findings, folder: Path) -> Path:
         _next(findings),
         _rests_on(findings),
     ]
-    return write_pages(folder, first, _second(findings, rows, folder, picture))
+    behind = "" if picture == history else history
+    return write_pages(folder, first, _second(findings, rows, folder, behind))
 
 
 def _picture(findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path) -> str:
-    """How far the winner may drift; without that where it walks, or how the search went."""
+    """How far the winner may drift; without that where it walks, if anywhere."""
     margins = findings.margins
     if margins is not None and margins.seeds and margins.numbers:
         alt = "How far each parameter may move from the winner before a seed falls"
         return _figure(figures.margins(findings, margins.numbers), folder, "margins", alt)
     axis = objective_axis(findings.study.objectives[0])
-    return _crossings_picture(rows, axis, folder) or _history(findings, folder)
+    return _crossings_picture(rows, axis, folder)
 
 
 def _next(findings: Findings) -> str:
@@ -163,9 +165,9 @@ def _rests_on(findings: Findings) -> str:
 
 
 def _second(
-    findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path, picture: str
+    findings: Findings, rows: dict[str, dict[str, Crossing]], folder: Path, history: str
 ) -> list[str]:
-    """Everything that the answer rests on, but for the picture of the first page."""
+    """Everything that the answer rests on; the history of the search if it is not in front."""
     front = len(findings.study.objectives) > 1 and findings.front
     margins = findings.margins
     return [
@@ -194,7 +196,7 @@ def _second(
         )
         if front
         else "",
-        _search(findings, folder, picture),
+        _search(findings, history),
         section(
             "Provenance",
             facts_table(findings.facts),
@@ -248,7 +250,7 @@ def _history(findings: Findings, folder: Path) -> str:
     return _figure(figures.history(findings), folder, "history", alt)
 
 
-def _search(findings: Findings, folder: Path, before: str) -> str:
+def _search(findings: Findings, history: str) -> str:
     if not findings.candidates:
         return ""
     note = "A candidate that was given up early stands at what its first seeds gave."
@@ -258,8 +260,7 @@ def _search(findings: Findings, folder: Path, before: str) -> str:
             f"The walks of the search took {findings.wall / 60.0:.1f} core minutes: "
             f"{findings.used / findings.wall:.1f} simulated robot-seconds per second of one core."
         )
-    picture = "" if "(history.png)" in before else _history(findings, folder)
-    return section("The search", picture, note, tables.search_table(findings), rate, PEER)
+    return section("The search", history, note, tables.search_table(findings), rate, PEER)
 
 
 def write_pages_together(found: Sequence[Findings], folder: Path) -> Path:

@@ -96,8 +96,8 @@ def pitch_section(section: Section, context: Context) -> str:
         "setting", "read as", "variant", "engine", "amplitude, paper", "simulated", "falls, paper",
         "simulated", "distance, paper", "simulated, of at most",
     ]  # fmt: skip
-    order = {tuple(row[:3]): place for place, row in reversed(list(enumerate(rows)))}
-    rows.sort(key=lambda row: (row[0], order[tuple(row[:3])]))  # engines of one walk side by side
+    walks = list(dict.fromkeys(tuple(row[:3]) for row in rows))  # engines of one stand together
+    rows.sort(key=lambda row: (row[0], walks.index(tuple(row[:3]))))
     if len({row[3] for row in rows}) == 1:
         head, rows = [*head[:3], *head[4:]], [[*row[:3], *row[4:]] for row in rows]
     return table(head, rows, "lll")
@@ -110,7 +110,7 @@ def _rows(results: Results, member: Experiment, words: Mapping[str, object]) -> 
         for reading, meant in eros_tables()[0].readings.items():
             step = setting[False].x * meant.one
             for variant in results.variants:
-                trials = _of(results.of(variant), setting[False], step)
+                trials = walks_of(results.of(variant), setting[False], step)
                 if len(trials[trials["state"] == "DONE"]):
                     label = escape(str(words.get(variant.label, variant.label)))
                     found = table_of(variant)
@@ -120,8 +120,8 @@ def _rows(results: Results, member: Experiment, words: Mapping[str, object]) -> 
                     yield [*head, label, engine, *_cells(trials, printed, 2.0 * cycles * step)]
 
 
-def _of(trials: pd.DataFrame, setting: Published, step: float) -> pd.DataFrame:
-    """Runs on the setting's ground with its sway and this step length."""
+def walks_of(trials: pd.DataFrame, setting: Published, step: float) -> pd.DataFrame:
+    """Runs on the setting's ground with its sway and this step length, in [m]."""
     on_ground = trials["surface"] == setting.ground
     steps = (trials[STEP].astype(float) - step).abs() < NEAR
     return trials[on_ground & steps & ((trials[SWAY].astype(float) - setting.y).abs() < NEAR)]
